@@ -1,0 +1,7 @@
+//! Phase functions.
+/// A phase function.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Phase {
+    /// Equal in all directions.
+    Isotropic,
+}

@@ -1,0 +1,1 @@
+//! Sphere Area Partitioning.

@@ -1,0 +1,7 @@
+//! Spectra.
+/// A quantity over vacuum wavelength.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Spectrum {
+    /// The same at every wavelength.
+    Constant(f64),
+}

@@ -1,0 +1,142 @@
+//! Where components are. A universe knows nothing of light: it answers which interface a ray meets
+//! next, how far away, with which normal, and what lies beyond.
+//!
+//! Contract (tested for every universe):
+//! * [`Universe::next`] twice with the same ray and limit and nothing between gives the same answer;
+//! * no ray is lost and no ray is offset by an epsilon: a [`Universe::Place`] remembers the surface
+//!   just left, and its root is removed analytically;
+//! * normals are unit and point against the ray;
+//! * a branch is a copy of the place and sees only its own past.
+
+pub mod shape;
+pub mod sheet;
+pub mod statistical;
+pub mod synthetic;
+
+use crate::math::DVec3;
+use crate::rng::Stream;
+
+/// Medium: index into the scene's materials.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct MediumId(pub u16);
+
+/// Surface law: index into the scene's surfaces; 0 is the smooth surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct SurfaceId(pub u16);
+
+impl SurfaceId {
+    /// The smooth dielectric surface, always present.
+    pub const SMOOTH: SurfaceId = SurfaceId(0);
+}
+
+/// Body (or population of bodies) that an interface belongs to; for tallies by component.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct BodyId(pub u32);
+
+/// A straight ray: origin in µm, unit direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    /// Where it starts, µm.
+    pub origin: DVec3,
+    /// Where it goes, unit length.
+    pub dir: DVec3,
+}
+
+impl Ray {
+    /// The point at distance `t`.
+    #[inline]
+    pub fn at(&self, t: f64) -> DVec3 {
+        self.origin + self.dir * t
+    }
+}
+
+/// Outer faces of a sheet, or the far away of an unbounded scene (by the sign of the direction's z).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Face {
+    /// z = thickness: where light comes from.
+    Top,
+    /// z = 0.
+    Bottom,
+}
+
+/// An interface met by a ray.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Interface {
+    /// Distance along the ray, µm, ≥ 0.
+    pub distance: f64,
+    /// Unit normal against the ray, used for directions.
+    pub normal: DVec3,
+    /// Unit normal of the true face, against the ray; equals `normal` unless that is smoothed.
+    pub facet: DVec3,
+    /// Machine direction of the surface (fibre axis), for the roll of the SAP frame; need not be unit
+    /// nor tangent, zero where the surface has none.
+    pub axis: DVec3,
+    /// Medium on the other side.
+    pub beyond: MediumId,
+    /// Law of the surface.
+    pub surface: SurfaceId,
+    /// Body whose surface it is.
+    pub body: BodyId,
+}
+
+/// What a ray meets next.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Next {
+    /// An interface, within the limit.
+    Interface(Interface),
+    /// The ray leaves the universe: through a face of the sheet at `distance`, or to infinity.
+    Edge {
+        /// Which way out.
+        face: Face,
+        /// Distance along the ray, µm; infinite in an unbounded scene.
+        distance: f64,
+    },
+    /// Nothing within the limit.
+    Limit,
+    /// No valid answer: the ray is lost and its power goes to the ledger.
+    Lost,
+}
+
+/// The start of a history.
+#[derive(Clone, Copy, Debug)]
+pub struct Start<P> {
+    /// Where the ray is.
+    pub place: P,
+    /// Medium it starts in.
+    pub medium: MediumId,
+}
+
+/// A place full of components; see the module's contract.
+pub trait Universe: Sync {
+    /// Per history: bodies met, segments traced; append-only, cleared between histories.
+    type Memory: Default + Send;
+    /// Where a ray is: a small value, or a node in `Memory`.
+    type Place: Copy + Send;
+
+    /// Clears the memory before a history; nothing is freed.
+    fn forget(&self, memory: &mut Self::Memory);
+
+    /// A ray enters from outside (or starts anywhere inside an unbounded scene).
+    fn enter(&self, ray: &Ray, memory: &mut Self::Memory, rng: &mut Stream) -> Start<Self::Place>;
+
+    /// The next interface, edge or nothing within `limit` (µm, may be infinite).
+    fn next(
+        &self,
+        ray: &Ray,
+        place: &mut Self::Place,
+        memory: &mut Self::Memory,
+        limit: f64,
+        rng: &mut Stream,
+    ) -> Next;
+
+    /// The ray moved by `d` inside its medium and has the new direction of `ray` (whose origin is
+    /// the new position).
+    fn moved(&self, ray: &Ray, place: &mut Self::Place, memory: &mut Self::Memory, d: f64);
+
+    /// The ray was reflected at `at`; `ray` is the reflected ray.
+    fn reflected(&self, ray: &Ray, place: &mut Self::Place, memory: &mut Self::Memory, at: &Interface);
+
+    /// The ray crossed `at`; `ray` is the ray beyond. The universe may move its origin (rungs whose
+    /// bodies take no room put the ray back where it entered).
+    fn crossed(&self, ray: &mut Ray, place: &mut Self::Place, memory: &mut Self::Memory, at: &Interface);
+}
