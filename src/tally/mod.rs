@@ -1,1 +1,248 @@
-//! tally.
+//! What is measured. Every tally is a set of cells; a history adds power to cells, and when it ends
+//! the first four powers of what it scored in each cell go to the sums of its batch.
+
+pub mod layout;
+pub mod node;
+
+pub use layout::{Cell, Layout};
+pub use node::Node;
+
+use crate::lpm::ledger::{Ledger, add};
+use crate::lpm::{Path, Scorer};
+use crate::math::{DVec3, fast};
+use crate::universe::{Face, Interface, MediumId};
+
+/// Scores of one batch.
+#[derive(Debug)]
+pub struct Tally<'a, const N: usize> {
+    layout: &'a Layout,
+    /// Scores of the present history.
+    now: Vec<[f64; N]>,
+    /// Cells that the present history has touched.
+    touched: Vec<u32>,
+    marked: Vec<bool>,
+    /// Per cell: sums of w, w², w³, w⁴ over histories.
+    sums: Vec<[[f64; N]; 4]>,
+    histories: u64,
+    events: u64,
+    worst_imbalance: f64,
+    lost: u64,
+    capped: u64,
+}
+
+impl<'a, const N: usize> Tally<'a, N> {
+    /// Empty cells.
+    pub fn new(layout: &'a Layout) -> Self {
+        let n = layout.cells();
+        Tally {
+            layout,
+            now: vec![[0.0; N]; n],
+            touched: Vec::with_capacity(64),
+            marked: vec![false; n],
+            sums: vec![[[0.0; N]; 4]; n],
+            histories: 0,
+            events: 0,
+            worst_imbalance: 0.0,
+            lost: 0,
+            capped: 0,
+        }
+    }
+
+    #[inline]
+    fn score(&mut self, cell: usize, power: &[f64; N]) {
+        if !self.marked[cell] {
+            self.marked[cell] = true;
+            self.touched.push(cell as u32);
+        }
+        add(&mut self.now[cell], power);
+    }
+
+    /// Ends a history: its ledger is checked and its scores go to the sums.
+    pub fn end_history(&mut self, ledger: &Ledger<N>, events: u64) {
+        let any = |w: &[f64; N]| w.iter().any(|&x| x != 0.0);
+        for (cell, power) in [
+            (Cell::Roulette, &ledger.roulette),
+            (Cell::Masked, &ledger.masked),
+            (Cell::Lost, &ledger.lost),
+            (Cell::Truncated, &ledger.truncated),
+        ] {
+            if any(power) {
+                self.score(self.layout.of(cell), power);
+            }
+        }
+        self.histories += 1;
+        self.events += events;
+        self.lost += u64::from(any(&ledger.lost));
+        self.capped += u64::from(any(&ledger.truncated));
+        self.worst_imbalance = self.worst_imbalance.max(ledger.imbalance(self.layout.lanes));
+        for cell in self.touched.drain(..) {
+            let cell = cell as usize;
+            self.marked[cell] = false;
+            let w = std::mem::replace(&mut self.now[cell], [0.0; N]);
+            let sums = &mut self.sums[cell];
+            for i in 0..N {
+                let w2 = w[i] * w[i];
+                sums[0][i] += w[i];
+                sums[1][i] += w2;
+                sums[2][i] += w2 * w[i];
+                sums[3][i] += w2 * w2;
+            }
+        }
+    }
+
+    /// The batch's sums, as replica number `replica`.
+    pub fn finish(self, replica: u8) -> Node {
+        let lanes = self.layout.lanes;
+        let mut sums = Vec::with_capacity(self.sums.len() * lanes);
+        for cell in &self.sums {
+            for lane in 0..lanes {
+                sums.push([cell[0][lane], cell[1][lane], cell[2][lane], cell[3][lane]]);
+            }
+        }
+        Node::batch(replica, sums, self.histories, self.events, self.worst_imbalance, self.lost, self.capped)
+    }
+
+    /// Splits a step over depth bins: absorbed power and path (fluence) in each.
+    fn score_depth<P>(&mut self, path: &Path<P, N>, distance: f64, mu_a: &[f64; N]) {
+        let Some(depth) = &self.layout.depth else { return };
+        let (z0, uz) = (path.ray.origin.z, path.ray.dir.z);
+        let (bins, height) = (depth.bins as usize, (depth.top - depth.bottom) / f64::from(depth.bins));
+        let bin_of = |z: f64| (((depth.top - z) / height) as usize).min(bins - 1);
+        let mut at = 0.0;
+        let mut bin = bin_of(z0 - 1e-12 * uz.signum() * -height);
+        let mut left: [f64; N] = path.power;
+        loop {
+            // Where the ray leaves this bin.
+            let edge = if uz < 0.0 {
+                depth.top - (bin + 1) as f64 * height
+            } else {
+                depth.top - bin as f64 * height
+            };
+            let to_edge = if uz == 0.0 { f64::INFINITY } else { (edge - z0) / uz };
+            let end = to_edge.clamp(at, distance);
+            let s = end - at;
+            let (mut absorbed, mut fluence) = ([0.0; N], [0.0; N]);
+            for i in 0..N {
+                absorbed[i] = left[i] * fast::one_minus_exp_neg(mu_a[i] * s);
+                fluence[i] = if mu_a[i] > 0.0 { absorbed[i] / mu_a[i] } else { left[i] * s };
+                left[i] -= absorbed[i];
+            }
+            let cell = self.layout.depth_cell(path.medium, bin);
+            self.score(cell, &absorbed);
+            self.score(cell + 1, &fluence);
+            at = end;
+            let last = if uz < 0.0 { bin + 1 == bins } else { bin == 0 };
+            if at >= distance || last {
+                return;
+            }
+            bin = if uz < 0.0 { bin + 1 } else { bin - 1 };
+        }
+    }
+}
+
+impl<const N: usize> Scorer<N> for Tally<'_, N> {
+    #[inline]
+    fn step<P>(&mut self, path: &Path<P, N>, distance: f64, mu_a: &[f64; N], absorbed: &[f64; N]) {
+        if !path.single() {
+            return;
+        }
+        if mu_a[0] > 0.0 || absorbed[0] > 0.0 || self.layout.lanes > 1 && absorbed.iter().any(|&x| x > 0.0) {
+            self.score(self.layout.absorbed(path.medium), absorbed);
+        }
+        if let Some(z) = self.layout.checkpoint
+            && path.ray.dir.z > 0.0
+            && path.ray.origin.z < z
+            && path.ray.origin.z + path.ray.dir.z * distance >= z
+        {
+            // The power that arrives at the plane.
+            let s = (z - path.ray.origin.z) / path.ray.dir.z;
+            let mut power = path.power;
+            for i in 0..N {
+                power[i] *= 1.0 - fast::one_minus_exp_neg(mu_a[i] * s);
+            }
+            self.score(self.layout.of(Cell::Checkpoint), &power);
+            if let Some(cell) = self.layout.checkpoint_cell(path.ray.dir) {
+                self.score(cell, &power);
+            }
+        }
+        if self.layout.path && distance.is_finite() {
+            let fluence: [f64; N] = std::array::from_fn(|i| {
+                if mu_a[i] > 0.0 { absorbed[i] / mu_a[i] } else { path.power[i] * distance }
+            });
+            self.score(self.layout.path_length(path.medium), &fluence);
+        }
+        if self.layout.depth.is_some() && distance.is_finite() {
+            self.score_depth(path, distance, mu_a);
+        }
+    }
+
+    #[inline]
+    fn scattered<P>(&mut self, path: &Path<P, N>) {
+        if self.layout.path && path.single() {
+            self.score(self.layout.of(Cell::Scatterings), &path.power);
+        }
+    }
+
+    #[inline]
+    fn interface<P>(&mut self, path: &Path<P, N>, _at: &Interface) {
+        if self.layout.path && path.single() {
+            self.score(self.layout.of(Cell::Interfaces), &path.power);
+        }
+    }
+
+    fn absorbed_at<P>(&mut self, path: &Path<P, N>, beyond: Option<MediumId>, power: &[f64; N]) {
+        if path.single() {
+            let cell = beyond.map_or(self.layout.of(Cell::Backing), |m| self.layout.absorbed(m));
+            self.score(cell, power);
+        }
+    }
+
+    fn leaves<P>(&mut self, path: &Path<P, N>, face: Face) {
+        let cell = if face == Face::Top { Cell::Reflected } else { Cell::Transmitted };
+        self.score(self.layout.of(cell), &path.power);
+        if let Some(cell) = self.layout.angular_cell(path.ray.dir) {
+            self.score(cell, &path.power);
+        }
+        if face == Face::Top
+            && let Some(view) = &self.layout.view
+            && let Some(factor) = view.factor(path.ray.dir)
+        {
+            let seen = path.power.map(|p| p * factor);
+            self.score(self.layout.pile_cell(0), &seen);
+        }
+    }
+
+    fn leaves_pile<P>(&mut self, path: &Path<P, N>) {
+        if let Some(view) = &self.layout.view
+            && let Some(factor) = view.factor(path.ray.dir)
+        {
+            let seen = path.power.map(|p| p * factor);
+            let cell = self.layout.pile_cell(path.deepest);
+            self.score(cell, &seen);
+        }
+    }
+}
+
+/// How an instrument looks at the sheet.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum View {
+    /// All reflected power.
+    All,
+    /// A cone about the normal: reflectance factor = power in the cone over that of the perfect
+    /// diffuser, sin² of the half angle.
+    Cone {
+        /// Cosine of the half angle.
+        cos: f64,
+    },
+}
+
+impl View {
+    /// Factor on the power of a ray that leaves along `dir`; `None` if it is not seen.
+    #[inline]
+    pub fn factor(&self, dir: DVec3) -> Option<f64> {
+        match *self {
+            View::All => Some(1.0),
+            View::Cone { cos } => (dir.z >= cos).then(|| 1.0 / ((1.0 - cos) * (1.0 + cos))),
+        }
+    }
+}

@@ -1,1 +1,552 @@
-//! statistical.
+//! The statistical universe: a sheet known only by its statistics. What a ray meets is drawn when it
+//! is needed and forgotten when the history ends; one dial, the rung, says how much is remembered.
+//!
+//! | rung | keeps | here |
+//! | --- | --- | --- |
+//! | [`Rung::Homogeneous`] | nothing: a body is met, traced exactly, and the ray goes on from where it entered (Boltzmann–Grad) | [`State::Body`] with its entry point |
+//! | [`Rung::Markov`] | the medium: chords of all phases exponential with direction-dependent means, redrawn after each event (algorithm A, Levermore–Pomraning) | [`State::Markov`] |
+//! | [`Rung::Forgetful`] (`none`) | the body that the ray is in, as an exact local shape | [`State::Body`] |
+//!
+//! In the pores the free path to the next body is exponential with rate Σ(u) = Σ_i ν_i A_i(u); it is
+//! drawn with the majorant and thinned exactly by the candidate bodies themselves ([`kind`]).
+
+pub mod amount;
+pub mod grace;
+pub mod kind;
+pub mod section;
+
+use super::sheet::{Slab, plane_ahead};
+use super::{Face, Interface, MediumId, Next, Ray, Start, SurfaceId, Universe};
+use crate::math::DVec3;
+use crate::rng::Stream;
+use grace::Grace;
+use kind::{Encounter, Kind};
+use section::{Body, Left, Part};
+
+/// How much is remembered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rung {
+    /// Nothing.
+    Homogeneous,
+    /// The medium.
+    Markov,
+    /// The body that the ray is in (`memory="none"`).
+    Forgetful,
+}
+
+/// A layer and the bodies in it.
+#[derive(Clone, Debug)]
+pub struct Population {
+    /// Planes and pore medium.
+    pub slab: Slab,
+    /// Kinds of bodies; empty: a homogeneous layer.
+    pub kinds: Vec<Kind>,
+    /// Density ν of each kind that counts for the rate, per pore volume: 1/µm² (fibres) or 1/µm³.
+    pub density: Vec<f64>,
+    /// Body share of each kind.
+    pub share: Vec<f64>,
+    /// Share of each kind's body that is solid.
+    pub solid: Vec<f64>,
+    /// Free paths by law instead of by density.
+    pub grace: Option<Grace>,
+}
+
+/// A statistical sheet; layers from top to bottom.
+#[derive(Clone, Debug)]
+pub struct StatisticalUniverse {
+    layers: Vec<Population>,
+    rung: Rung,
+    outside: MediumId,
+    /// Law of the lowest plane.
+    bottom_surface: SurfaceId,
+    /// Bodies lie wholly between the planes.
+    contained: bool,
+    /// Light may start inside bodies (`cut` sheets).
+    start_in_bodies: bool,
+    /// Faces without a surface: the ray just leaves.
+    open_top: bool,
+    open_bottom: bool,
+    /// Per layer: majorant rate of all kinds, 1/µm, and its running sums.
+    rates: Vec<Vec<f64>>,
+}
+
+/// What a sheet needs beside its layers.
+#[derive(Clone, Copy, Debug)]
+pub struct Rules {
+    /// Memory.
+    pub rung: Rung,
+    /// Medium above and below.
+    pub outside: MediumId,
+    /// Law of the lowest plane.
+    pub bottom_surface: SurfaceId,
+    /// Bodies wholly between the planes.
+    pub contained: bool,
+    /// Light may start inside bodies.
+    pub start_in_bodies: bool,
+    /// A backing in optical contact: the lower face has no surface.
+    pub backing: bool,
+}
+
+impl StatisticalUniverse {
+    /// A sheet from its layers.
+    pub fn new(layers: Vec<Population>, rules: Rules) -> Self {
+        let rates = layers
+            .iter()
+            .map(|l| {
+                let mut sum = 0.0;
+                l.kinds
+                    .iter()
+                    .zip(&l.density)
+                    .map(|(k, nu)| {
+                        sum += k.majorant * nu;
+                        sum
+                    })
+                    .collect()
+            })
+            .collect();
+        let open = |layer: Option<&Population>, surface: SurfaceId| {
+            layer.is_some_and(|l| l.slab.pore == rules.outside && surface == SurfaceId::SMOOTH)
+        };
+        let open_top = open(layers.first(), layers.first().map_or(SurfaceId::SMOOTH, |l| l.slab.surface));
+        let open_bottom = rules.backing || open(layers.last(), rules.bottom_surface);
+        StatisticalUniverse {
+            open_top,
+            open_bottom,
+            rates,
+            rung: rules.rung,
+            outside: rules.outside,
+            bottom_surface: rules.bottom_surface,
+            contained: rules.contained,
+            start_in_bodies: rules.start_in_bodies,
+            layers,
+        }
+    }
+
+    /// Thickness of the whole sheet, µm.
+    pub fn thickness(&self) -> f64 {
+        self.layers.first().map_or(0.0, |l| l.slab.top) - self.layers.last().map_or(0.0, |l| l.slab.bottom)
+    }
+
+    /// Layers, top to bottom.
+    pub fn layers(&self) -> &[Population] {
+        &self.layers
+    }
+
+    /// What a ray that reaches a plane of layer `layer` finds there.
+    fn face(&self, layer: usize, face: Face, distance: f64, place: &mut Place) -> Next {
+        let (last, open, normal) = match face {
+            Face::Top => (layer == 0, self.open_top, -DVec3::Z),
+            Face::Bottom => (layer + 1 == self.layers.len(), self.open_bottom, DVec3::Z),
+        };
+        if last && open {
+            return Next::Edge { face, distance };
+        }
+        place.pending = Pending::Plane(face);
+        let (beyond, surface) = match (face, last) {
+            (Face::Top, true) => (self.outside, self.layers[0].slab.surface),
+            (Face::Bottom, true) => (self.outside, self.bottom_surface),
+            (Face::Top, false) => (self.layers[layer - 1].slab.pore, self.layers[layer].slab.surface),
+            (Face::Bottom, false) => (self.layers[layer + 1].slab.pore, self.layers[layer + 1].slab.surface),
+        };
+        Next::Interface(plane_interface(distance, normal, beyond, surface))
+    }
+
+    /// From outside, the sheet's face is met at once, or never.
+    fn outside_next(&self, face: Face, ray: &Ray, place: &mut Place) -> Next {
+        let inwards = match face {
+            Face::Top => ray.dir.z < 0.0,
+            Face::Bottom => ray.dir.z > 0.0,
+        };
+        if !inwards {
+            return Next::Edge { face, distance: 0.0 };
+        }
+        place.pending = Pending::Plane(face);
+        let (slab, surface, normal) = match face {
+            Face::Top => (&self.layers[0].slab, self.layers[0].slab.surface, DVec3::Z),
+            Face::Bottom => (&self.layers[self.layers.len() - 1].slab, self.bottom_surface, -DVec3::Z),
+        };
+        Next::Interface(plane_interface(0.0, normal, slab.pore, surface))
+    }
+
+    /// In the pores: the next body or plane.
+    fn pore_next(&self, layer: usize, ray: &Ray, place: &mut Place, limit: f64, rng: &mut Stream) -> Next {
+        let slab = &self.layers[layer].slab;
+        let (to_plane, face) = plane_ahead(ray, slab.top, slab.bottom);
+        if matches!(place.pending, Pending::Unexplored) {
+            place.pending = self.explore(layer, ray, place.state, limit.min(to_plane), rng);
+        }
+        if let Pending::Meet { distance, encounter } = &place.pending {
+            let kind = &self.layers[layer].kinds[usize::from(encounter.body.kind)];
+            return Next::Interface(Interface {
+                distance: *distance,
+                normal: encounter.outward,
+                facet: encounter.outward,
+                axis: encounter.body.frame.z,
+                beyond: kind.wall,
+                surface: kind.surface,
+                body: kind.body,
+            });
+        }
+        if to_plane <= limit { self.face(layer, face, to_plane, place) } else { Next::Limit }
+    }
+
+    /// Draws the first body within `reach`, or finds nothing.
+    fn explore(&self, layer: usize, ray: &Ray, state: State, reach: f64, rng: &mut Stream) -> Pending {
+        let population = &self.layers[layer];
+        if let Some(grace) = &population.grace {
+            return grace.explore(population, ray, state, reach, rng);
+        }
+        let rates = &self.rates[layer];
+        let Some(&total) = rates.last() else { return Pending::Nothing };
+        let mut distance = 0.0;
+        loop {
+            distance += rng.exponential() / total;
+            if distance >= reach {
+                return Pending::Nothing;
+            }
+            let index = pick(rates, total, rng);
+            let at = ray.at(distance);
+            if let Some(encounter) = population.kinds[index].candidate(ray.dir, at, index as u16, rng)
+                && self.has_room(layer, &encounter.body)
+            {
+                return Pending::Meet { distance, encounter };
+            }
+        }
+    }
+
+    /// Whether a body may stand where it is: always in `cut` sheets.
+    fn has_room(&self, layer: usize, body: &Body) -> bool {
+        let slab = &self.layers[layer].slab;
+        let h = body.half_height();
+        !self.contained || (body.centre.z - h >= slab.bottom && body.centre.z + h <= slab.top)
+    }
+
+    /// Inside a body known by its shape.
+    fn body_next(&self, layer: usize, ray: &Ray, place: &mut Place, limit: f64) -> Next {
+        let State::Body { body, part, left, .. } = &place.state else { return Next::Lost };
+        let population = &self.layers[layer];
+        let kind = &population.kinds[usize::from(body.kind)];
+        let crossing = body.leave(ray.origin, ray.dir, *part, *left);
+        if self.rung != Rung::Homogeneous {
+            let (to_plane, face) = plane_ahead(ray, population.slab.top, population.slab.bottom);
+            if to_plane <= limit && crossing.is_none_or(|c| to_plane < c.t) {
+                return if to_plane.is_finite() { self.cut_face(layer, face, to_plane) } else { Next::Lost };
+            }
+        }
+        let Some(crossing) = crossing else {
+            return if limit.is_finite() { Next::Limit } else { Next::Lost };
+        };
+        if crossing.t > limit {
+            return Next::Limit;
+        }
+        let (beyond, normal) = match (crossing.surface, part) {
+            (Left::Lumen, Part::Wall) => (kind.lumen, crossing.outward),
+            (Left::Lumen, Part::Lumen) => (kind.wall, -crossing.outward),
+            _ => (population.slab.pore, -crossing.outward),
+        };
+        let axis = body.frame.z;
+        place.pending = Pending::Leave(crossing.surface);
+        Next::Interface(Interface {
+            distance: crossing.t,
+            normal,
+            facet: normal,
+            axis,
+            beyond,
+            surface: kind.surface,
+            body: kind.body,
+        })
+    }
+
+    /// A cut plane has no surface: also from inside a wall, the ray leaves.
+    fn cut_face(&self, layer: usize, face: Face, distance: f64) -> Next {
+        let last = match face {
+            Face::Top => layer == 0,
+            Face::Bottom => layer + 1 == self.layers.len(),
+        };
+        if last { Next::Edge { face, distance } } else { Next::Lost }
+    }
+
+    /// Rung `markov`, inside a body: the wall or lumen ends at a rate that depends on direction only.
+    fn markov_next(&self, layer: usize, ray: &Ray, place: &mut Place, limit: f64, rng: &mut Stream) -> Next {
+        let State::Markov { kind: index, part } = place.state else { return Next::Lost };
+        let population = &self.layers[layer];
+        let kind = &population.kinds[usize::from(index)];
+        let (to_plane, face) = plane_ahead(ray, population.slab.top, population.slab.bottom);
+        if matches!(place.pending, Pending::Unexplored) {
+            place.pending = self.markov_explore(layer, index, part, ray, limit.min(to_plane), rng);
+        }
+        let Pending::Chord { distance, inward, outward, axis } = place.pending else {
+            return if to_plane <= limit { self.cut_face(layer, face, to_plane) } else { Next::Limit };
+        };
+        let beyond = match (inward, part) {
+            (true, _) => kind.lumen,
+            (false, Part::Lumen) => kind.wall,
+            (false, Part::Wall) => population.slab.pore,
+        };
+        // The surface that ends a chord is drawn like one that begins it, seen from the other side.
+        Next::Interface(Interface {
+            distance,
+            normal: outward,
+            facet: outward,
+            axis,
+            beyond,
+            surface: kind.surface,
+            body: kind.body,
+        })
+    }
+
+    /// Rates of the ends of a wall or lumen chord: the surface that is met per pore length, Σ_i(u),
+    /// over the phase's share per pore share, so that all phases keep their volume.
+    fn markov_explore(
+        &self,
+        layer: usize,
+        index: u16,
+        part: Part,
+        ray: &Ray,
+        reach: f64,
+        rng: &mut Stream,
+    ) -> Pending {
+        let population = &self.layers[layer];
+        let i = usize::from(index);
+        let kind = &population.kinds[i];
+        let pore = 1.0 - population.share.iter().sum::<f64>();
+        let solid = population.share[i] * population.solid[i];
+        let phase = if part == Part::Wall { solid } else { population.share[i] - solid };
+        // Twice the rate for walls: a candidate is asked for one of its two surfaces, at random.
+        let asked = if part == Part::Wall { 2.0 } else { 1.0 };
+        let rate = asked * kind.majorant * population.density[i] * pore / phase;
+        let mut distance = 0.0;
+        loop {
+            distance += rng.exponential() / rate;
+            if distance >= reach {
+                return Pending::Nothing;
+            }
+            let at = ray.at(distance);
+            let Some(met) = kind.candidate(ray.dir, at, index, rng) else { continue };
+            let lumen = met.body.lumen;
+            // The same line meets the lumen too if it passes close enough to the axis.
+            let through = lumen.and_then(|l| {
+                let o = met.body.frame.to_local(at - met.body.centre);
+                let d = met.body.frame.to_local(ray.dir);
+                l.crossings(o, d).map(|(near, _)| met.body.frame.to_world(l.normal(o + d * near)))
+            });
+            let axis = met.body.frame.z;
+            match part {
+                Part::Wall if rng.uniform() < 0.5 => {
+                    return Pending::Chord { distance, inward: false, outward: met.outward, axis };
+                }
+                _ => {
+                    if let Some(outward) = through {
+                        return Pending::Chord { distance, inward: part == Part::Wall, outward, axis };
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn plane_interface(distance: f64, normal: DVec3, beyond: MediumId, surface: SurfaceId) -> Interface {
+    Interface { distance, normal, facet: normal, axis: DVec3::X, beyond, surface, body: super::BodyId(0) }
+}
+
+/// Index drawn in proportion to the steps of the running sums `sums` with total `total`.
+#[inline]
+fn pick(sums: &[f64], total: f64, rng: &mut Stream) -> usize {
+    if sums.len() == 1 {
+        return 0;
+    }
+    let x = rng.uniform() * total;
+    sums.iter().position(|&s| x < s).unwrap_or(sums.len() - 1)
+}
+
+/// Where a ray is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum State {
+    /// Above or below the sheet.
+    Outside(Face),
+    /// In the pores (or a homogeneous layer).
+    Pore {
+        /// Kind of the body just left, if the ray starts from a surface (the Grace way asks).
+        from: Option<u16>,
+    },
+    /// In a body with an exact shape.
+    Body {
+        /// The body.
+        body: Body,
+        /// Wall or lumen.
+        part: Part,
+        /// Surface just left.
+        left: Left,
+        /// Where the ray entered (rung `homogeneous`).
+        entered: DVec3,
+    },
+    /// In a body known by its kind only (rung `markov`).
+    Markov {
+        /// Kind.
+        kind: u16,
+        /// Wall or lumen.
+        part: Part,
+    },
+}
+
+/// What the last `next` has drawn.
+#[derive(Clone, Copy, Debug)]
+pub enum Pending {
+    /// Nothing asked yet.
+    Unexplored,
+    /// Nothing there.
+    Nothing,
+    /// A body.
+    Meet {
+        /// How far.
+        distance: f64,
+        /// Which.
+        encounter: Encounter,
+    },
+    /// A surface of the body that the ray is in.
+    Leave(Left),
+    /// A plane of the layer.
+    Plane(Face),
+    /// The end of a chord (rung `markov`).
+    Chord {
+        /// How far.
+        distance: f64,
+        /// From the wall into the lumen.
+        inward: bool,
+        /// Normal against the ray.
+        outward: DVec3,
+        /// Fibre axis.
+        axis: DVec3,
+    },
+}
+
+/// Where a ray is, and what it has been told to meet next.
+#[derive(Clone, Copy, Debug)]
+pub struct Place {
+    layer: u16,
+    state: State,
+    pending: Pending,
+}
+
+impl Universe for StatisticalUniverse {
+    type Memory = ();
+    type Place = Place;
+
+    fn forget(&self, _: &mut ()) {}
+
+    fn enter(&self, ray: &Ray, _: &mut (), rng: &mut Stream) -> Start<Place> {
+        let face = if ray.dir.z <= 0.0 { Face::Top } else { Face::Bottom };
+        let (layer, open) = match face {
+            Face::Top => (0, self.open_top),
+            Face::Bottom => (self.layers.len() - 1, self.open_bottom),
+        };
+        let place = |state| Place { layer: layer as u16, state, pending: Pending::Unexplored };
+        if !open {
+            return Start { place: place(State::Outside(face)), medium: self.outside };
+        }
+        let population = &self.layers[layer];
+        if self.start_in_bodies
+            && let Some((state, medium)) = start_in_body(population, self.rung, ray, rng)
+        {
+            return Start { place: place(state), medium };
+        }
+        Start { place: place(State::Pore { from: None }), medium: population.slab.pore }
+    }
+
+    fn next(&self, ray: &Ray, place: &mut Place, _: &mut (), limit: f64, rng: &mut Stream) -> Next {
+        let layer = usize::from(place.layer);
+        match place.state {
+            State::Pore { .. } => self.pore_next(layer, ray, place, limit, rng),
+            State::Body { .. } => self.body_next(layer, ray, place, limit),
+            State::Markov { .. } => self.markov_next(layer, ray, place, limit, rng),
+            State::Outside(face) => self.outside_next(face, ray, place),
+        }
+    }
+
+    fn moved(&self, _: &Ray, place: &mut Place, _: &mut (), _: f64) {
+        place.pending = Pending::Unexplored;
+        match &mut place.state {
+            State::Body { left, .. } => *left = Left::Nothing,
+            State::Pore { from } => *from = None,
+            _ => {}
+        }
+    }
+
+    fn reflected(&self, _: &Ray, place: &mut Place, _: &mut (), _: &Interface) {
+        match (&mut place.state, &place.pending) {
+            (State::Body { left, .. }, Pending::Leave(surface)) => *left = *surface,
+            (State::Pore { from }, Pending::Meet { encounter, .. }) => *from = Some(encounter.body.kind),
+            _ => {}
+        }
+        place.pending = Pending::Unexplored;
+    }
+
+    fn crossed(&self, ray: &mut Ray, place: &mut Place, _: &mut (), _: &Interface) {
+        let pending = std::mem::replace(&mut place.pending, Pending::Unexplored);
+        place.state = match (place.state, pending) {
+            (State::Pore { .. }, Pending::Meet { encounter, .. }) if self.rung == Rung::Markov => {
+                State::Markov { kind: encounter.body.kind, part: Part::Wall }
+            }
+            (State::Pore { .. }, Pending::Meet { encounter, .. }) => {
+                State::Body { body: encounter.body, part: Part::Wall, left: Left::Outer, entered: ray.origin }
+            }
+            (State::Body { body, part, entered, .. }, Pending::Leave(Left::Lumen)) => {
+                let part = if part == Part::Wall { Part::Lumen } else { Part::Wall };
+                State::Body { body, part, left: Left::Lumen, entered }
+            }
+            (State::Body { body, entered, .. }, Pending::Leave(_)) => {
+                if self.rung == Rung::Homogeneous {
+                    ray.origin = entered;
+                }
+                State::Pore { from: Some(body.kind) }
+            }
+            (State::Markov { kind, part }, Pending::Chord { inward, .. }) => match (part, inward) {
+                (Part::Wall, true) => State::Markov { kind, part: Part::Lumen },
+                (Part::Lumen, _) => State::Markov { kind, part: Part::Wall },
+                (Part::Wall, false) => State::Pore { from: Some(kind) },
+            },
+            (State::Outside(_), _) => State::Pore { from: None },
+            (State::Pore { .. }, Pending::Plane(face)) => self.through_plane(place, face),
+            (state, _) => state,
+        };
+    }
+}
+
+impl StatisticalUniverse {
+    /// Crosses a plane out of a pore: into the neighbouring layer or out of the sheet.
+    fn through_plane(&self, place: &mut Place, face: Face) -> State {
+        let last = self.layers.len() as u16 - 1;
+        match face {
+            Face::Top if place.layer == 0 => State::Outside(Face::Top),
+            Face::Bottom if place.layer == last => State::Outside(Face::Bottom),
+            Face::Top => {
+                place.layer -= 1;
+                State::Pore { from: None }
+            }
+            Face::Bottom => {
+                place.layer += 1;
+                State::Pore { from: None }
+            }
+        }
+    }
+}
+
+/// A start on a cut plane is inside a body with the probability of the bodies' share.
+fn start_in_body(p: &Population, rung: Rung, ray: &Ray, rng: &mut Stream) -> Option<(State, MediumId)> {
+    let x = rng.uniform();
+    let mut sum = 0.0;
+    let index = p.share.iter().position(|s| {
+        sum += s;
+        x < sum
+    })?;
+    let kind = &p.kinds[index];
+    if rung == Rung::Markov {
+        let part = if rng.uniform() < p.solid[index] { Part::Wall } else { Part::Lumen };
+        let medium = if part == Part::Wall { kind.wall } else { kind.lumen };
+        return Some((State::Markov { kind: index as u16, part }, medium));
+    }
+    let body = kind.covering(ray.origin, index as u16, rng);
+    let part = body.part_at(ray.origin);
+    let medium = if part == Part::Wall { kind.wall } else { kind.lumen };
+    Some((State::Body { body, part, left: Left::Nothing, entered: ray.origin }, medium))
+}

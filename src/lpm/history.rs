@@ -1,0 +1,354 @@
+//! The event loop: one history from source to fate.
+
+use super::ledger::{Ledger, add, largest, scaled};
+use super::light::Light;
+use super::surface::{Fate, Meeting};
+use crate::math::{DVec3, fast};
+use crate::rng::Stream;
+use crate::universe::{Face, Interface, MediumId, Next, Ray, Universe};
+
+/// What a run holds fixed for all histories of a wavelength group.
+#[derive(Debug)]
+pub struct World<'a, U: Universe, const N: usize> {
+    /// Where components are.
+    pub universe: &'a U,
+    /// What they do with light.
+    pub light: &'a Light<N>,
+    /// Power below which roulette plays, relative to the emitted power.
+    pub roulette: f64,
+    /// Guard on events per history.
+    pub event_cap: u64,
+    /// Split into all patches instead of drawing one; SAPs and floor.
+    pub split: Option<&'a super::split::Split>,
+    /// Sheets in the simulated pile (1: the sheet alone).
+    pub pile: u32,
+    /// Height of the upper face, where light that comes back from a pile enters again, µm.
+    pub top: f64,
+    /// Height of the lower face, µm.
+    pub bottom: f64,
+    /// Lambertian backing in optical contact with the lower face: its reflectance.
+    pub backing: Option<f64>,
+    /// Analog absorption: a ray is absorbed as a whole or not at all (one lane only).
+    pub analog: bool,
+}
+
+/// A ray on its way.
+#[derive(Clone, Copy, Debug)]
+pub struct Path<P, const N: usize> {
+    /// Position and direction.
+    pub ray: Ray,
+    /// Where the universe sees it.
+    pub place: P,
+    /// Medium it is in.
+    pub medium: MediumId,
+    /// Power by lane.
+    pub power: [f64; N],
+    /// Sheet of the pile, 0 on top.
+    pub sheet: u32,
+    /// Deepest sheet entered so far.
+    pub deepest: u32,
+}
+
+impl<P, const N: usize> Path<P, N> {
+    /// Still in the first sheet, never left it: what single-sheet figures count.
+    #[inline]
+    pub fn single(&self) -> bool {
+        self.deepest == 0
+    }
+}
+
+/// Hears what happens to a history. Every method has an empty default: a tally takes what it needs.
+pub trait Scorer<const N: usize> {
+    /// A step of length `distance` in `medium` from the path's present position; `absorbed` is the power
+    /// that stays there.
+    fn step<P>(&mut self, _path: &Path<P, N>, _distance: f64, _mu_a: &[f64; N], _absorbed: &[f64; N]) {}
+    /// A subsurface event.
+    fn scattered<P>(&mut self, _path: &Path<P, N>) {}
+    /// An interface is met (before its fate is drawn).
+    fn interface<P>(&mut self, _path: &Path<P, N>, _at: &Interface) {}
+    /// Power absorbed at an opaque surface (by the medium beyond) or by the backing (`None`).
+    fn absorbed_at<P>(&mut self, _path: &Path<P, N>, _beyond: Option<MediumId>, _power: &[f64; N]) {}
+    /// Power leaves the first sheet (or the scene) for the first time.
+    fn leaves<P>(&mut self, _path: &Path<P, N>, _face: Face) {}
+    /// Power leaves the top of a pile after having been below the first sheet.
+    fn leaves_pile<P>(&mut self, _path: &Path<P, N>) {}
+}
+
+/// Scratch of one worker, reused from history to history: nothing is allocated once warm.
+#[derive(Debug)]
+pub struct History<U: Universe, const N: usize> {
+    /// Universe's memory.
+    pub memory: U::Memory,
+    /// Branches waiting.
+    pub bank: Vec<Path<U::Place, N>>,
+    /// Where the power went.
+    pub ledger: Ledger<N>,
+    /// Events so far.
+    pub events: u64,
+}
+
+impl<U: Universe, const N: usize> Default for History<U, N> {
+    fn default() -> Self {
+        History { memory: Default::default(), bank: Vec::new(), ledger: Ledger::default(), events: 0 }
+    }
+}
+
+/// Traces one history that starts as `ray` with unit power in every lane. The ledger of `h` holds the
+/// balance afterwards.
+pub fn trace<U: Universe, S: Scorer<N>, const N: usize>(
+    world: &World<U, N>,
+    ray: Ray,
+    h: &mut History<U, N>,
+    tally: &mut S,
+    rng: &mut Stream,
+) {
+    h.ledger = Ledger::default();
+    h.events = 0;
+    h.bank.clear();
+    world.universe.forget(&mut h.memory);
+    let start = world.universe.enter(&ray, &mut h.memory, rng);
+    h.bank.push(Path {
+        ray,
+        place: start.place,
+        medium: start.medium,
+        power: [1.0; N],
+        sheet: 0,
+        deepest: 0,
+    });
+    while let Some(mut path) = h.bank.pop() {
+        while step(world, &mut path, h, tally, rng) {}
+    }
+}
+
+/// One event: free path, next interface, attenuation, subsurface or surface event, fate. True while
+/// the ray lives.
+#[inline]
+fn step<U: Universe, S: Scorer<N>, const N: usize>(
+    world: &World<U, N>,
+    path: &mut Path<U::Place, N>,
+    h: &mut History<U, N>,
+    tally: &mut S,
+    rng: &mut Stream,
+) -> bool {
+    h.events += 1;
+    if h.events > world.event_cap {
+        add(&mut h.ledger.truncated, &path.power);
+        return false;
+    }
+    if let Some(split) = world.split {
+        return split.step(world, path, h, tally, rng);
+    }
+    let medium = &world.light.media[usize::from(path.medium.0)];
+    let free = medium.free_path(rng);
+    match world.universe.next(&path.ray, &mut path.place, &mut h.memory, free, rng) {
+        Next::Limit => {
+            if !attenuate(world, path, free, h, tally, rng) {
+                return false;
+            }
+            tally.scattered(path);
+            path.ray.dir = medium.scatter(path.ray.dir, rng);
+            world.universe.moved(&path.ray, &mut path.place, &mut h.memory, free);
+        }
+        Next::Interface(at) => {
+            if !attenuate(world, path, at.distance, h, tally, rng) || !meet(world, path, &at, h, tally, rng) {
+                return false;
+            }
+        }
+        Next::Edge { face, distance } => {
+            if !attenuate(world, path, distance, h, tally, rng) || !edge(world, path, face, h, tally, rng) {
+                return false;
+            }
+        }
+        Next::Lost => {
+            add(&mut h.ledger.lost, &path.power);
+            return false;
+        }
+    }
+    roulette(world, path, h, rng)
+}
+
+/// Moves the ray by `distance` and leaves the absorbed share behind: 1 − e^(−µa s), paper (15) and (17)
+/// in exact form. False if analog absorption took the ray.
+#[inline]
+pub fn attenuate<U: Universe, S: Scorer<N>, const N: usize>(
+    world: &World<U, N>,
+    path: &mut Path<U::Place, N>,
+    distance: f64,
+    h: &mut History<U, N>,
+    tally: &mut S,
+    rng: &mut Stream,
+) -> bool {
+    let medium = &world.light.media[usize::from(path.medium.0)];
+    let mut absorbed = [0.0; N];
+    let mut alive = true;
+    if medium.absorbs {
+        if world.analog {
+            alive = rng.uniform() >= fast::one_minus_exp_neg(medium.mu_a[0] * distance);
+            if !alive {
+                absorbed = path.power;
+            }
+        } else {
+            for i in 0..N {
+                absorbed[i] = path.power[i] * fast::one_minus_exp_neg(medium.mu_a[i] * distance);
+            }
+        }
+        add(&mut h.ledger.absorbed, &absorbed);
+    }
+    tally.step(path, distance, &medium.mu_a, &absorbed);
+    if medium.absorbs {
+        for i in 0..N {
+            path.power[i] -= absorbed[i];
+        }
+    }
+    if distance.is_finite() {
+        path.ray.origin += path.ray.dir * distance;
+    }
+    alive
+}
+
+/// A surface event, paper (18) and (19).
+#[inline]
+pub fn meet<U: Universe, S: Scorer<N>, const N: usize>(
+    world: &World<U, N>,
+    path: &mut Path<U::Place, N>,
+    at: &Interface,
+    h: &mut History<U, N>,
+    tally: &mut S,
+    rng: &mut Stream,
+) -> bool {
+    let media = &world.light.media;
+    let (here, beyond) = (&media[usize::from(path.medium.0)], &media[usize::from(at.beyond.0)]);
+    let law = &world.light.surfaces[usize::from(at.surface.0)];
+    if law.transparent(here, beyond) {
+        world.universe.crossed(&mut path.ray, &mut path.place, &mut h.memory, at);
+        path.medium = at.beyond;
+        return true;
+    }
+    tally.interface(path, at);
+    let meeting = Meeting { dir: path.ray.dir, at, here, beyond };
+    let fate = law.draw(&meeting, &mut path.power, &mut h.ledger, rng);
+    settle(world, path, at, fate, h, tally)
+}
+
+/// Carries out what a surface has decided.
+#[inline]
+pub fn settle<U: Universe, S: Scorer<N>, const N: usize>(
+    world: &World<U, N>,
+    path: &mut Path<U::Place, N>,
+    at: &Interface,
+    fate: Fate<N>,
+    h: &mut History<U, N>,
+    tally: &mut S,
+) -> bool {
+    match fate {
+        Fate::Reflected { dir, absorbed } => {
+            if let Some(power) = absorbed {
+                tally.absorbed_at(path, Some(at.beyond), &power);
+            }
+            path.ray.dir = dir;
+            world.universe.reflected(&path.ray, &mut path.place, &mut h.memory, at);
+            true
+        }
+        Fate::Refracted { dir } => {
+            path.ray.dir = dir;
+            world.universe.crossed(&mut path.ray, &mut path.place, &mut h.memory, at);
+            path.medium = at.beyond;
+            true
+        }
+        Fate::Absorbed => {
+            let power = path.power;
+            tally.absorbed_at(path, Some(at.beyond), &power);
+            add(&mut h.ledger.absorbed, &power);
+            false
+        }
+        Fate::Masked => {
+            add(&mut h.ledger.masked, &path.power);
+            false
+        }
+    }
+}
+
+/// The ray reaches a face of the sheet, or infinity: it escapes, meets the backing, or goes to the
+/// neighbouring sheet of a pile.
+pub fn edge<U: Universe, S: Scorer<N>, const N: usize>(
+    world: &World<U, N>,
+    path: &mut Path<U::Place, N>,
+    face: Face,
+    h: &mut History<U, N>,
+    tally: &mut S,
+    rng: &mut Stream,
+) -> bool {
+    if face == Face::Bottom
+        && let Some(rg) = world.backing
+    {
+        let absorbed = scaled(&path.power, 1.0 - rg);
+        tally.absorbed_at(path, None, &absorbed);
+        add(&mut h.ledger.absorbed, &absorbed);
+        path.power = scaled(&path.power, rg);
+        let (cos, sin) = rng.azimuth();
+        let s2 = rng.uniform();
+        let s = s2.sqrt();
+        return rg > 0.0 && enter_again(world, path, DVec3::new(s * cos, s * sin, (1.0 - s2).sqrt()), h, rng);
+    }
+    if path.single() {
+        tally.leaves(path, face);
+    }
+    match face {
+        Face::Top if path.sheet > 0 => {
+            path.sheet -= 1;
+            enter_again(world, path, path.ray.dir, h, rng)
+        }
+        Face::Bottom if path.sheet + 1 < world.pile => {
+            path.sheet += 1;
+            path.deepest = path.deepest.max(path.sheet);
+            enter_again(world, path, path.ray.dir, h, rng)
+        }
+        _ => {
+            if !path.single() && face == Face::Top {
+                tally.leaves_pile(path);
+            }
+            add(&mut h.ledger.escaped, &path.power);
+            false
+        }
+    }
+}
+
+/// Into the sheet again (or the next one of a pile, an independent sheet): fresh memory, same point.
+fn enter_again<U: Universe, const N: usize>(
+    world: &World<U, N>,
+    path: &mut Path<U::Place, N>,
+    dir: DVec3,
+    h: &mut History<U, N>,
+    rng: &mut Stream,
+) -> bool {
+    path.ray.dir = dir;
+    path.ray.origin.z = if dir.z > 0.0 { world.bottom } else { world.top };
+    world.universe.forget(&mut h.memory);
+    let start = world.universe.enter(&path.ray, &mut h.memory, rng);
+    (path.place, path.medium) = (start.place, start.medium);
+    true
+}
+
+/// Unbiased roulette of weak rays: survival with probability 0.1 at tenfold power. Looks at the largest
+/// lane.
+#[inline]
+fn roulette<U: Universe, const N: usize>(
+    world: &World<U, N>,
+    path: &mut Path<U::Place, N>,
+    h: &mut History<U, N>,
+    rng: &mut Stream,
+) -> bool {
+    const SURVIVAL: f64 = 0.1;
+    let power = largest(&path.power);
+    if power >= world.roulette {
+        return true;
+    }
+    if power > 0.0 && rng.uniform() < SURVIVAL {
+        let gained = scaled(&path.power, 1.0 - 1.0 / SURVIVAL);
+        add(&mut h.ledger.roulette, &gained);
+        path.power = scaled(&path.power, 1.0 / SURVIVAL);
+        return true;
+    }
+    add(&mut h.ledger.roulette, &path.power);
+    false
+}

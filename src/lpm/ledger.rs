@@ -1,0 +1,63 @@
+//! Where the power of a history went.
+
+/// Powers of one history, one entry per wavelength lane, relative to the emitted power:
+/// 1 = absorbed + escaped + roulette + masked + lost + truncated, to rounding.
+#[derive(Clone, Debug)]
+pub struct Ledger<const N: usize> {
+    /// Absorbed in media and at opaque surfaces and backings.
+    pub absorbed: [f64; N],
+    /// Left through a face or to infinity.
+    pub escaped: [f64; N],
+    /// Balance of the roulette: power of the killed minus power given to survivors; mean 0.
+    pub roulette: [f64; N],
+    /// Removed by masking and shadowing of facets (single scattering); mean 0 where renormalised.
+    pub masked: [f64; N],
+    /// No valid next interface.
+    pub lost: [f64; N],
+    /// Stopped by the event cap.
+    pub truncated: [f64; N],
+}
+
+impl<const N: usize> Default for Ledger<N> {
+    fn default() -> Self {
+        let z = [0.0; N];
+        Ledger { absorbed: z, escaped: z, roulette: z, masked: z, lost: z, truncated: z }
+    }
+}
+
+impl<const N: usize> Ledger<N> {
+    /// |1 − sum of all entries|, the worst lane of the first `lanes`.
+    pub fn imbalance(&self, lanes: usize) -> f64 {
+        (0..lanes)
+            .map(|i| {
+                let sum = self.absorbed[i]
+                    + self.escaped[i]
+                    + self.roulette[i]
+                    + self.masked[i]
+                    + self.lost[i]
+                    + self.truncated[i];
+                (1.0 - sum).abs()
+            })
+            .fold(0.0, f64::max)
+    }
+}
+
+/// Adds lane by lane.
+#[inline]
+pub fn add<const N: usize>(to: &mut [f64; N], w: &[f64; N]) {
+    for (t, x) in to.iter_mut().zip(w) {
+        *t += x;
+    }
+}
+
+/// Multiplies every lane.
+#[inline]
+pub fn scaled<const N: usize>(w: &[f64; N], f: f64) -> [f64; N] {
+    w.map(|x| x * f)
+}
+
+/// The largest lane.
+#[inline]
+pub fn largest<const N: usize>(w: &[f64; N]) -> f64 {
+    w.iter().copied().fold(0.0, f64::max)
+}

@@ -1,0 +1,279 @@
+//! A kind of body: its laws, and the body that a ray meets, drawn with the right weight.
+//!
+//! A body is met in proportion to its area projected along the ray: fibres by w(ψ) sin γ (w the
+//! width of the section across the ray, γ the angle between ray and axis), ellipsoids by
+//! π√(b²c²u_x² + a²c²u_y² + a²b²u_z²). The weight is imposed by exact rejection against a majorant,
+//! never by a table: candidates come at rate [`Kind::majorant`] per unit density.
+
+use super::section::{Body, HalfAxes};
+use crate::law::{Azimuth, Roll, SizeLaw, Tilt};
+use crate::math::{DVec3, Frame, PI};
+use crate::rng::Stream;
+use crate::universe::{BodyId, MediumId, SurfaceId};
+
+/// Shape and size laws; full widths and diameters in µm, weighted by number (fibres: by length).
+#[derive(Clone, Debug)]
+pub enum Sizes {
+    /// Unbounded cylinder of elliptic section.
+    Fibre {
+        /// Major axis.
+        width: SizeLaw,
+        /// Minor over major axis.
+        flatness: SizeLaw,
+        /// Wall thickness; `None`: solid.
+        wall: Option<SizeLaw>,
+    },
+    /// Ellipsoid with three full axes.
+    Ellipsoid([SizeLaw; 3]),
+    /// Sphere.
+    Sphere(SizeLaw),
+}
+
+/// A population of bodies.
+#[derive(Clone, Debug)]
+pub struct Kind {
+    sizes: Sizes,
+    /// The size laws with the weights of a hit: width for fibres, d² for spheres, products of two
+    /// axes for ellipsoids.
+    met: Met,
+    /// Majorant of the projected area (length for fibres) of one body, averaged over sizes, µm² (µm).
+    pub majorant: f64,
+    /// In-plane azimuth of the axis.
+    pub azimuth: Azimuth,
+    /// Tilt of the axis out of the plane.
+    pub tilt: Tilt,
+    /// Roll of the section about the axis.
+    pub roll: Roll,
+    /// Solid medium.
+    pub wall: MediumId,
+    /// Medium in the hollow.
+    pub lumen: MediumId,
+    /// Law of its surfaces.
+    pub surface: SurfaceId,
+    /// For tallies.
+    pub body: BodyId,
+}
+
+#[derive(Clone, Debug)]
+enum Met {
+    Fibre { width: SizeLaw },
+    Ellipsoid { share: [f64; 3], tilted: [SizeLaw; 3] },
+    Sphere { diameter: SizeLaw },
+}
+
+/// A body met by a ray, in its own frame: the entry point and the outward normal there.
+#[derive(Clone, Copy, Debug)]
+pub struct Encounter {
+    /// The body, placed so that the given point of the ray is the entry point.
+    pub body: Body,
+    /// Outward unit normal at the entry point, world coordinates.
+    pub outward: DVec3,
+}
+
+impl Kind {
+    /// A kind from its laws.
+    #[allow(clippy::too_many_arguments)]
+    pub fn new(
+        sizes: Sizes,
+        azimuth: Azimuth,
+        tilt: Tilt,
+        roll: Roll,
+        wall: MediumId,
+        lumen: MediumId,
+        surface: SurfaceId,
+        body: BodyId,
+    ) -> Self {
+        let (met, majorant) = match &sizes {
+            Sizes::Fibre { width, .. } => (Met::Fibre { width: width.tilted(1.0) }, width.mean()),
+            Sizes::Sphere(d) => (Met::Sphere { diameter: d.tilted(2.0) }, PI / 4.0 * d.moment(2.0)),
+            Sizes::Ellipsoid(axes) => {
+                let m = [axes[0].mean(), axes[1].mean(), axes[2].mean()];
+                let pairs = [m[1] * m[2], m[2] * m[0], m[0] * m[1]];
+                let total: f64 = pairs.iter().sum();
+                (
+                    Met::Ellipsoid {
+                        share: pairs.map(|p| p / total),
+                        tilted: [axes[0].tilted(1.0), axes[1].tilted(1.0), axes[2].tilted(1.0)],
+                    },
+                    PI / 4.0 * total,
+                )
+            }
+        };
+        Kind { sizes, met, majorant, azimuth, tilt, roll, wall, lumen, surface, body }
+    }
+
+    /// The laws of size.
+    pub fn sizes(&self) -> &Sizes {
+        &self.sizes
+    }
+
+    /// Whether bodies are unbounded fibres (amounts are lengths over volume).
+    pub fn is_fibre(&self) -> bool {
+        matches!(self.sizes, Sizes::Fibre { .. })
+    }
+
+    /// A random orientation: x major axis, y minor axis, z body axis.
+    #[inline]
+    pub fn orientation(&self, rng: &mut Stream) -> Frame {
+        if let Sizes::Sphere(_) = self.sizes {
+            return Frame { x: DVec3::X, y: DVec3::Y, z: DVec3::Z };
+        }
+        let tilt = self.tilt.sample(rng);
+        let phi = self.azimuth.sample(rng);
+        let roll = self.roll.sample(rng);
+        oriented(phi, tilt, roll, self.is_fibre())
+    }
+
+    /// One candidate for a hit by a ray along `dir` that passes the point `at`: `None` if the
+    /// rejection falls on "not met" (no body there).
+    pub fn candidate(&self, dir: DVec3, at: DVec3, kind: u16, rng: &mut Stream) -> Option<Encounter> {
+        let frame = self.orientation(rng);
+        let d = frame.to_local(dir);
+        match (&self.met, &self.sizes) {
+            (Met::Fibre { width }, Sizes::Fibre { flatness, wall, .. }) => {
+                let a = 0.5 * width.sample(rng);
+                let b = a * flatness.sample(rng);
+                let outer = HalfAxes { a, b, c: f64::INFINITY };
+                // Offset of the axis from the ray, uniform over the majorant width 2a: what falls
+                // beyond the true half width w(ψ)/2, or is lost to sin γ, is no hit.
+                let sin2 = d.x * d.x + d.y * d.y;
+                let sin = sin2.sqrt();
+                if rng.uniform() >= sin {
+                    return None;
+                }
+                let (ex, ey) = (d.x / sin, d.y / sin);
+                let half_width = (a * a * ey * ey + b * b * ex * ex).sqrt();
+                let offset = a * (2.0 * rng.uniform() - 1.0);
+                if offset.abs() >= half_width {
+                    return None;
+                }
+                let lumen = wall.as_ref().and_then(|w| lumen_of(a, b, w.sample(rng)));
+                let local = section_entry(a, b, ex, ey, offset / half_width);
+                Some(placed(frame, outer, lumen, local, at, kind))
+            }
+            (Met::Sphere { diameter }, _) => {
+                let r = 0.5 * diameter.sample(rng);
+                let outer = HalfAxes { a: r, b: r, c: r };
+                let local = ball_entry(d, rng) * r;
+                Some(placed(frame, outer, None, local, at, kind))
+            }
+            (Met::Ellipsoid { share, tilted }, Sizes::Ellipsoid(axes)) => {
+                let pick = rng.uniform();
+                let plain = if pick < share[0] {
+                    0
+                } else if pick < share[0] + share[1] {
+                    1
+                } else {
+                    2
+                };
+                let mut h = [0.0; 3];
+                for (i, v) in h.iter_mut().enumerate() {
+                    *v = 0.5 * if i == plain { axes[i].sample(rng) } else { tilted[i].sample(rng) };
+                }
+                let [a, b, c] = h;
+                let products = DVec3::new(b * c, c * a, a * b);
+                let area = (products * d).length();
+                if rng.uniform() * (products.x + products.y + products.z) >= area {
+                    return None;
+                }
+                // The ball's disc maps affinely to the ellipsoid's shadow: uniform stays uniform.
+                let scaled = DVec3::new(d.x / a, d.y / b, d.z / c).normalize();
+                let e = ball_entry(scaled, rng);
+                let local = DVec3::new(a * e.x, b * e.y, c * e.z);
+                Some(placed(frame, HalfAxes { a, b, c }, None, local, at, kind))
+            }
+            _ => unreachable!("met and sizes are made together"),
+        }
+    }
+
+    /// A body that covers the point `at`, drawn by volume: sizes weighted by content, orientation
+    /// unweighted, the point uniform inside.
+    pub fn covering(&self, at: DVec3, kind: u16, rng: &mut Stream) -> Body {
+        let frame = self.orientation(rng);
+        let (outer, lumen) = match &self.sizes {
+            Sizes::Fibre { width, flatness, wall } => {
+                let a = 0.5 * width.tilted(2.0).sample(rng);
+                let b = a * flatness.tilted(1.0).sample(rng);
+                let lumen = wall.as_ref().and_then(|w| lumen_of(a, b, w.sample(rng)));
+                (HalfAxes { a, b, c: f64::INFINITY }, lumen)
+            }
+            Sizes::Sphere(d) => {
+                let r = 0.5 * d.tilted(3.0).sample(rng);
+                (HalfAxes { a: r, b: r, c: r }, None)
+            }
+            Sizes::Ellipsoid(axes) => {
+                let h = [0, 1, 2].map(|i| 0.5 * axes[i].tilted(1.0).sample(rng));
+                (HalfAxes { a: h[0], b: h[1], c: h[2] }, None)
+            }
+        };
+        let (cos, sin) = rng.azimuth();
+        let local = if outer.c.is_infinite() {
+            let r = rng.uniform().sqrt();
+            DVec3::new(outer.a * r * cos, outer.b * r * sin, 0.0)
+        } else {
+            let r = crate::math::cbrt(rng.uniform());
+            let z = 2.0 * rng.uniform() - 1.0;
+            let s = (1.0 - z * z).sqrt();
+            DVec3::new(outer.a * s * cos, outer.b * s * sin, outer.c * z) * r
+        };
+        Body { frame, centre: at - frame.to_world(local), outer, lumen, kind }
+    }
+}
+
+/// Frame of a body with in-plane azimuth `phi`, tilt and roll. For fibres z is the axis and roll 0
+/// lays the major axis into the sheet plane; for flakes roll 0 lays the third axis along the sheet
+/// normal, `tilt` tips it.
+pub fn oriented(phi: f64, tilt: f64, roll: f64, fibre: bool) -> Frame {
+    let axis = crate::law::axis(phi, tilt);
+    let (sin_p, cos_p) = crate::math::sin_cos(phi);
+    let side = DVec3::new(-sin_p, cos_p, 0.0);
+    let up = axis.cross(side);
+    let (sin_r, cos_r) = if roll == 0.0 { (0.0, 1.0) } else { crate::math::sin_cos(roll) };
+    let x = side * cos_r + up * sin_r;
+    if fibre { Frame { x, y: axis.cross(x), z: axis } } else { Frame { x: axis, y: x, z: axis.cross(x) } }
+}
+
+/// Lumen of a section with half axes a, b and wall thickness t: half axes a − t, b − t; none where the
+/// fibre is fully collapsed.
+#[inline]
+pub fn lumen_of(a: f64, b: f64, t: f64) -> Option<HalfAxes> {
+    (t < a && t < b).then(|| HalfAxes { a: a - t, b: b - t, c: f64::INFINITY })
+}
+
+/// Entry point of a line along (ex, ey) into the ellipse, at `offset` in (−1, 1) of its half shadow.
+#[inline]
+fn section_entry(a: f64, b: f64, ex: f64, ey: f64, offset: f64) -> DVec3 {
+    // In the space where the ellipse is the unit circle the line runs along q at the same relative
+    // offset.
+    let (qx, qy) = (ex / a, ey / b);
+    let l = (qx * qx + qy * qy).sqrt();
+    let (qx, qy) = (qx / l, qy / l);
+    let back = (1.0 - offset * offset).sqrt();
+    DVec3::new(a * (-qy * offset - qx * back), b * (qx * offset - qy * back), 0.0)
+}
+
+/// Entry point on the unit ball of a line along `d` (unit), uniform over the ball's shadow.
+#[inline]
+fn ball_entry(d: DVec3, rng: &mut Stream) -> DVec3 {
+    let u = rng.uniform();
+    let (cos, sin) = rng.azimuth();
+    let r = u.sqrt();
+    let (x, y) = crate::math::orthonormal(d);
+    x * (r * cos) + y * (r * sin) - d * (1.0 - u).sqrt()
+}
+
+/// The body whose local point `local` lies at `at`.
+#[inline]
+fn placed(
+    frame: Frame,
+    outer: HalfAxes,
+    lumen: Option<HalfAxes>,
+    local: DVec3,
+    at: DVec3,
+    kind: u16,
+) -> Encounter {
+    Encounter {
+        body: Body { frame, centre: at - frame.to_world(local), outer, lumen, kind },
+        outward: frame.to_world(outer.normal(local)),
+    }
+}
