@@ -6,3 +6,4 @@
 #![allow(clippy::disallowed_methods, missing_docs)]
 
 mod harness;
+mod microfacet;
