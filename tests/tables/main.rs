@@ -8,3 +8,4 @@
 mod harness;
 mod mie;
 mod phase;
+mod microfacet;
