@@ -11,3 +11,5 @@ mod harness;
 mod mie;
 mod phase;
 mod microfacet;
+mod colour;
+mod kubelka_munk;
