@@ -229,6 +229,11 @@ impl SurfaceSap {
         law.by_half_vector(m, &frame, i, out, power, ledger, rng)
     }
 
+    /// What it was asked to be.
+    pub fn rule(&self) -> SapRule {
+        self.rule
+    }
+
     /// How directions inside a patch are chosen.
     pub fn directions(&self) -> SapDirections {
         self.rule.directions

@@ -321,7 +321,7 @@ pub fn fresnel_power<const N: usize>(here: &Medium<N>, beyond: &Medium<N>, cos_i
     if here.real && beyond.real {
         fresnel::dielectric(here.n.re, beyond.n.re, cos_i).r
     } else {
-        fresnel::unpolarised(incident_index(here), beyond.n, cos_i).clamp(0.0, 1.0)
+        fresnel::Fresnel::new(incident_index(here), beyond.n, 1.0, cos_i).reflectance().clamp(0.0, 1.0)
     }
 }
 

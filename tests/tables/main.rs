@@ -13,3 +13,6 @@ mod phase;
 mod microfacet;
 mod colour;
 mod kubelka_munk;
+mod statistical;
+mod transport;
+mod slab;
