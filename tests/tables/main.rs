@@ -6,3 +6,5 @@
 #![allow(clippy::disallowed_methods, missing_docs)]
 
 mod harness;
+mod healpix;
+mod sap;
