@@ -73,7 +73,7 @@ impl Sap {
         }
         for (patch, &bound) in bounds.iter().enumerate().filter(|(p, _)| self.ratios[*p] > 0.0) {
             let found = grid(&self.healpix, patch, self.half, 8, density).into_iter().fold(0.0, f64::max);
-            if !(found <= bound * (1.0 + 1e-9)) {
+            if bound.is_nan() || found > bound * (1.0 + 1e-9) {
                 return Err(SapError::Bound { patch, density: found, bound });
             }
         }
@@ -138,8 +138,9 @@ impl Sap {
                 assert!(!self.bounds.is_empty(), "Sap::with_bounds comes before SapDirections::Density");
                 loop {
                     let u = self.healpix.uniform_at(self.places[patch], self.half, rng);
-                    // Written so that a density that is no number ends the loop.
-                    if !(rng.uniform() * self.bounds[patch] >= density(u)) {
+                    let d = density(u);
+                    // A density that is no number ends the loop.
+                    if d.is_nan() || rng.uniform() * self.bounds[patch] < d {
                         return u;
                     }
                 }
