@@ -213,7 +213,7 @@ fn parts_are_patches_of_the_finer_tessellation() {
 }
 
 /// `uniform_in` stays in its patch and fills its 9 × 9 parts evenly (χ² over all patches); squeezing
-/// one coordinate by 2 % is seen.
+/// one coordinate by up to 10 % is seen.
 #[test]
 fn uniform_in_is_uniform() {
     let mut rng = Stream::of(7, 0, 0, Purpose::Probe);
