@@ -156,6 +156,8 @@ impl Healpix {
         let pix = if za <= 2.0 / 3.0 {
             let (a, b) = (nf * (0.5 + turn), nf * dir.z * 0.75);
             let (jp, jm) = ((a - b).floor() as i64, (a + b).floor() as i64);
+            // On |z| = 2/3 rounding of a ± b may step one ring out of the belt.
+            let (jp, jm) = (jp.min(jm + n), jm.min(jp + n));
             let ir = n + 1 + jp - jm;
             let shift = 1 - (ir & 1);
             let ip = ((jp + jm - n + shift + 1 + 8 * n) >> 1) % (4 * n);
@@ -224,6 +226,12 @@ impl Healpix {
     /// numbers (jp, x − y).
     pub(crate) fn face_offsets(&self, face: usize) -> (f64, f64) {
         ((FACE_RING[face] * self.nside) as f64, FACE_AZIMUTH[face] as f64)
+    }
+
+    /// Does the patch lie on the equator, cut by the horizon?
+    #[inline]
+    pub(crate) fn on_equator(&self, at: FacePatch) -> bool {
+        (FACE_RING[at.face] - 2) * self.nside == at.ix + at.iy + 1
     }
 
     /// Direction of the centre of a patch.
@@ -350,14 +358,5 @@ const NEIGHBOUR_FACE: [[i64; 12]; 9] = [
 ];
 /// How the coordinates turn over that side (bits: mirror x, mirror y, swap), for the northern,
 /// equatorial and southern faces.
-const NEIGHBOUR_TURN: [[u8; 3]; 9] = [
-    [0, 0, 3],
-    [0, 0, 6],
-    [0, 0, 0],
-    [0, 0, 5],
-    [0, 0, 0],
-    [5, 0, 0],
-    [0, 0, 0],
-    [6, 0, 0],
-    [3, 0, 0],
-];
+const NEIGHBOUR_TURN: [[u8; 3]; 9] =
+    [[0, 0, 3], [0, 0, 6], [0, 0, 0], [0, 0, 5], [0, 0, 0], [5, 0, 0], [0, 0, 0], [6, 0, 0], [3, 0, 0]];

@@ -6,7 +6,7 @@
 //! wholly above or below the horizon**, so a cut at the horizon costs no accuracy. With s ∈ \[0, 1\]
 //! the distance from the corner in w, and v ∈ \[−1, 1\] across, dω = A (s/2) ds dv, A the patch's area.
 
-use super::healpix::{Half, Healpix};
+use super::healpix::{FacePatch, Half, Healpix};
 use crate::math::fast::cos_sin_turn;
 use crate::math::{DVec3, PI, TAU, acos, atan2, gauss_legendre, sin};
 use crate::rng::Stream;
@@ -106,14 +106,20 @@ impl Healpix {
     /// the wrong triangle is mirrored onto the right one. A patch wholly outside answers as if whole.
     #[inline]
     pub fn uniform_in_half(&self, pix: usize, half: Option<Half>, rng: &mut Stream) -> DVec3 {
+        self.uniform_at(self.face_patch(pix), half, rng)
+    }
+
+    /// [`Healpix::uniform_in_half`] where the patch is known by its place on a face.
+    #[inline]
+    pub(crate) fn uniform_at(&self, at: FacePatch, half: Option<Half>, rng: &mut Stream) -> DVec3 {
         let (mut fx, mut fy) = (rng.uniform(), rng.uniform());
         if let Some(half) = half {
             // Only the ring on the equator is cut.
-            if self.ring_of(pix) as u32 == 2 * self.nside() && (fx + fy > 1.0) != (half == Half::Upper) {
+            if self.on_equator(at) && (fx + fy > 1.0) != (half == Half::Upper) {
                 (fx, fy) = (1.0 - fy, 1.0 - fx);
             }
         }
-        self.direction_in(pix, fx, fy)
+        self.direction_at(at.face, at.ix as f64 + fx, at.iy as f64 + fy)
     }
 
     /// Mean of the unit vectors over the part of a patch in `half` (∫ u dω / ∫ dω); length < 1.
@@ -147,8 +153,8 @@ impl Healpix {
     }
 
     /// ∫ density dω and ∫ density·u dω over the part of a patch that lies in `half` and on the side
-    /// of `normal`, and ∫ density dω without the normal's cut; relative error about 1e-4 where the
-    /// plane cuts the patch.
+    /// of `normal`, and ∫ density dω without the normal's cut; absolute error of the visible share of
+    /// a cut patch about 1e-6 for a density that is smooth on half a patch.
     pub(crate) fn visible_moments(
         &self,
         pix: usize,
@@ -156,35 +162,57 @@ impl Healpix {
         normal: DVec3,
         density: &impl Fn(DVec3) -> f64,
     ) -> (f64, DVec3, f64) {
-        static ROWS: LazyLock<Vec<(f64, f64)>> = LazyLock::new(|| {
-            (0..8).flat_map(|i| gauss_legendre(4, f64::from(i) / 8.0, f64::from(i + 1) / 8.0)).collect()
-        });
+        static DOWN: LazyLock<Vec<(f64, f64)>> = LazyLock::new(|| gauss_legendre(4, 0.0, 1.0));
         static ACROSS: LazyLock<Vec<(f64, f64)>> = LazyLock::new(|| gauss_legendre(5, 0.0, 1.0));
         let (mut part, mut vector, mut whole) = (0.0, DVec3::ZERO, 0.0);
         let area = self.area();
         for t in self.triangles(pix).iter().filter(|t| half.is_none_or(|h| t.half == h)) {
-            for &(s, ws) in ROWS.iter() {
-                let row = t.row(s);
-                let integrate = |lo: f64, hi: f64| {
-                    let (mut p, mut m) = (0.0, DVec3::ZERO);
-                    for &(q, wq) in ACROSS.iter() {
-                        let u = row.direction(lo + (hi - lo) * q);
-                        let d = density(u) * (area * 0.5 * s * ws * wq * (hi - lo));
-                        p += d;
-                        m += u * d;
+            for [from, to] in panels(t, normal) {
+                for &(q, wq) in DOWN.iter() {
+                    let at = from + (to - from) * q;
+                    let row = t.row(at);
+                    let scale = area * 0.5 * at * wq * (to - from);
+                    let integrate = |lo: f64, hi: f64| {
+                        let (mut p, mut m) = (0.0, DVec3::ZERO);
+                        for &(q, wq) in ACROSS.iter() {
+                            let u = row.direction(lo + (hi - lo) * q);
+                            let d = density(u) * (scale * wq * (hi - lo));
+                            p += d;
+                            m += u * d;
+                        }
+                        (p, m)
+                    };
+                    whole += integrate(-1.0, 1.0).0;
+                    for (lo, hi) in visible_in_row(&row, normal).into_iter().flatten() {
+                        let (p, m) = integrate(lo, hi);
+                        part += p;
+                        vector += m;
                     }
-                    (p, m)
-                };
-                whole += integrate(-1.0, 1.0).0;
-                for (lo, hi) in visible_in_row(&row, normal).into_iter().flatten() {
-                    let (p, m) = integrate(lo, hi);
-                    part += p;
-                    vector += m;
                 }
             }
         }
         (part, vector, whole)
     }
+}
+
+/// Intervals of s, halved towards the rows where the plane across `normal` meets an edge or a corner
+/// of the triangle: on each but the last of 2⁻⁹ the visible part has smooth ends.
+fn panels(t: &Triangle, normal: DVec3) -> Vec<[f64; 2]> {
+    // Which ends of the row are visible, and whether anything is.
+    let pattern =
+        |s: f64| visible_in_row(&t.row(s), normal).map(|p| p.map(|(lo, hi)| (lo == -1.0, hi == 1.0)));
+    let mut open = vec![([0.75, 1.0], 8), ([0.5, 0.75], 8), ([0.25, 0.5], 8), ([0.0, 0.25], 8)];
+    let mut done = Vec::with_capacity(32);
+    while let Some(([from, to], depth)) = open.pop() {
+        if depth > 0 && pattern(from) != pattern(to) {
+            let middle = 0.5 * (from + to);
+            open.push(([middle, to], depth - 1));
+            open.push(([from, middle], depth - 1));
+        } else {
+            done.push([from, to]);
+        }
+    }
+    done
 }
 
 /// Parts of a row, as intervals of v, on the side of `normal`: cos(φ − φn) > −z nz/(sinθ nxy).

@@ -156,9 +156,8 @@ impl Integral<'_> {
             for &(a, wa) in rule {
                 let at = s[0] + (s[1] - s[0]) * a;
                 let row = t.row(at);
-                let across = rule
-                    .iter()
-                    .map(|&(b, wb)| wb * (self.density)(row.direction(v[0] + (v[1] - v[0]) * b)));
+                let across =
+                    rule.iter().map(|&(b, wb)| wb * (self.density)(row.direction(v[0] + (v[1] - v[0]) * b)));
                 sum += wa * at * across.sum::<f64>();
             }
             sum * (s[1] - s[0]) * (v[1] - v[0]) * self.scale

@@ -63,8 +63,7 @@ impl Sap {
         }
         let by_density = how == SapDirections::Density;
         let weight = |u: DVec3| if by_density { density(u) } else { 1.0 };
-        let (part, vector, whole) =
-            self.healpix().visible_moments(patch, self.half(), normal, &weight);
+        let (part, vector, whole) = self.healpix().visible_moments(patch, self.half(), normal, &weight);
         if part > 0.0 && part < whole * (1.0 - 1e-12) {
             (part / whole, vector.normalize())
         } else {

@@ -16,3 +16,5 @@ mod kubelka_munk;
 mod statistical;
 mod transport;
 mod slab;
+mod healpix;
+mod sap;
