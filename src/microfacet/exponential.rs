@@ -14,12 +14,17 @@ use std::sync::LazyLock;
 /// √6: m/b.
 const SQRT_6: f64 = 2.449_489_742_783_178;
 
+/// P22 at ζ.
+pub(super) fn slope_density(zeta: f64, m: f64) -> f64 {
+    let b = m / SQRT_6;
+    0.5 * FRAC_1_PI * exp(-zeta / b) / (b * b)
+}
+
 /// D at cosθ > 0.
 pub(super) fn d(cos: f64, sin2: f64, m: f64) -> f64 {
-    let b = m / SQRT_6;
-    let e = exp(-sin2.max(0.0).sqrt() / (cos * b));
+    let p = slope_density(sin2.max(0.0).sqrt() / cos, m);
     let cos2 = cos * cos;
-    if e == 0.0 { 0.0 } else { 0.5 * FRAC_1_PI * e / (b * b * cos2 * cos2) }
+    if p == 0.0 { 0.0 } else { p / (cos2 * cos2) }
 }
 
 /// cosθ Λ = b sinθ · aΛ(a).

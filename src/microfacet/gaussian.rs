@@ -5,12 +5,17 @@ use super::{FRAC_1_PI, FRAC_1_SQRT_PI, visible_by_rejection};
 use crate::math::{DVec3, erfc, exp};
 use crate::rng::Stream;
 
+/// P22 at ζ².
+pub(super) fn slope_density(zeta2: f64, m: f64) -> f64 {
+    FRAC_1_PI * exp(-zeta2 / (m * m)) / (m * m)
+}
+
 /// D at cosθ > 0.
 pub(super) fn d(cos: f64, sin2: f64, m: f64) -> f64 {
     let cos2 = cos * cos;
-    let e = exp(-sin2 / (cos2 * m * m));
+    let p = slope_density(sin2 / cos2, m);
     // exp vanishes long before cos⁴ does.
-    if e == 0.0 { 0.0 } else { e * FRAC_1_PI / (m * m * cos2 * cos2) }
+    if p == 0.0 { 0.0 } else { p / (cos2 * cos2) }
 }
 
 /// cosθ Λ = m sinθ [exp(−a²)/(2√π) − a erfc(a)/2], a = cotθ/m (exact Smith integral).

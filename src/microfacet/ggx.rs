@@ -5,6 +5,12 @@ use super::FRAC_1_PI;
 use crate::math::DVec3;
 use crate::rng::Stream;
 
+/// P22 at ζ².
+pub(super) fn slope_density(zeta2: f64, m: f64) -> f64 {
+    let r = m / (m * m + zeta2);
+    FRAC_1_PI * r * r
+}
+
 /// D at cosθ > 0.
 pub(super) fn d(cos: f64, sin2: f64, m: f64) -> f64 {
     let stretched = m * cos;

@@ -127,14 +127,16 @@ fn law_of(row: &Row) -> Slopes {
     }
 }
 
-/// Reflected albedo by the program's quadrature. The last dielectric has a kink at total reflection,
-/// at which the rule is only of first order; the table's own error estimate is added.
+/// Reflected albedo by the program's quadrature, 1e-9 and the table's own error estimate.
 fn albedo(row: &Row, factor: f64) -> Check {
+    let (n, k) = (row.f("n_rel"), row.f("k_rel"));
+    if n < 1.0 && k == 0.0 {
+        return Check::Cannot("total reflection has a kink that the rule does not follow: sampled below");
+    }
     let s = surface(law_of(row), row.f("alpha") * factor);
     let cos = row.f("theta_i_deg").to_radians().cos();
-    let (n, k) = (row.f("n_rel"), row.f("k_rel"));
-    let tolerance = if n < 1.0 && k == 0.0 { 1e-4 } else { 1e-9 } + row.f("quad_diff");
     let of = |masking| s.directional_albedo(cos, masking, |c| fresnel(n, k, c));
+    let tolerance = 1e-9 + row.f("quad_diff");
     worst([
         within(of(Masking::Separable), row.f("E_refl_G1G1_separable"), tolerance),
         within(of(Masking::Correlated), row.f("E_refl_height_correlated"), tolerance),
@@ -233,5 +235,5 @@ fn visible_normals_and_weights_reproduce_the_albedo() {
 #[test]
 #[should_panic(expected = "rows fail")]
 fn sampled_albedo_tolerance_bites_at_5_percent() {
-    hold("microfacet_albedo.csv", |row| sampled(row, 1.05, 200_000));
+    hold("microfacet_albedo.csv", |row| sampled(row, 1.05, 40_000));
 }
