@@ -64,7 +64,7 @@ impl Ticks {
 }
 
 /// A whole number in raised digits.
-fn superscript(n: i32) -> String {
+pub fn superscript(n: i32) -> String {
     let raised = |c: char| match c {
         '-' => '⁻',
         c => ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'][c.to_digit(10).unwrap_or(0) as usize],
@@ -129,7 +129,7 @@ mod tests {
         assert_eq!((t.labels.join(" "), t.exponent), ("0 1 2 3 4".into(), -6));
         assert_eq!(t.axis_label("s", "1/µm"), "s (×10⁻⁶ 1/µm)");
         assert_eq!(Ticks::enclosing(-2.0, 2.0, 4).labels[0], "−2");
-        assert_eq!(Ticks::enclosing(0.7, 0.7, 4).values.len() >= 2, true);
-        assert_eq!(Ticks::enclosing(0.0, 0.0, 4).values.len() >= 2, true);
+        assert!(Ticks::enclosing(0.7, 0.7, 4).values.len() >= 2);
+        assert!(Ticks::enclosing(0.0, 0.0, 4).values.len() >= 2);
     }
 }

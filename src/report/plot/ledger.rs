@@ -22,7 +22,7 @@ impl LedgerBar<'_> {
         let entries = &self.ledger.0;
         let sum: f64 = entries.iter().map(|(_, s)| s.value).sum();
         let (left, right, top) = (24.0, 536.0, 42.0);
-        let height = 128.0 + 18.0 * entries.len() as f64;
+        let height = 144.0 + 18.0 * entries.len() as f64;
         let svg = draw(560.0, height, self.title, |c| {
             c.heading(&fitted(self.title, 13.5, right - left), (left, 20.0));
             let scale = (right - left) / sum.max(1.0);
@@ -38,17 +38,11 @@ impl LedgerBar<'_> {
             for percent in [0, 20, 40, 60, 80, 100] {
                 let px = left + scale * f64::from(percent) / 100.0;
                 c.line(&[(px, high), (px, high + 4.0)], INK, 0.8);
-                let (text, anchor) = match percent {
-                    0 => ("0".to_owned(), Anchor::Start),
-                    100 => ("100 % of the emitted power".to_owned(), Anchor::End),
-                    p => (p.to_string(), Anchor::Middle),
-                };
-                // The words at the end take the room of the last ticks.
-                if percent < 60 || percent == 100 {
-                    c.text(&text, (px, high + 13.0), 10.0, INK, anchor);
-                }
+                c.text(&percent.to_string(), (px, high + 13.0), 10.0, INK, Anchor::Middle);
             }
-            let mut y = high + 38.0;
+            let middle = 0.5 * (left + box_end);
+            c.text("share of the emitted power (%)", (middle, high + 30.0), 11.0, INK, Anchor::Middle);
+            let mut y = high + 54.0;
             for (i, (fate, share)) in entries.iter().enumerate() {
                 c.rectangle((left, y - 5.0), (left + 12.0, y + 5.0), series(i), 1.0);
                 c.text(&fitted(fate, 10.5, 280.0), (left + 20.0, y), 10.5, INK, Anchor::Start);

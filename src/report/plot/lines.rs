@@ -46,6 +46,10 @@ impl LinePlot<'_> {
         let (x_lo, x_hi) = range(&|p| p.0, &|p| p.0);
         let (x_lo, x_hi) = if x_lo < x_hi { (x_lo, x_hi) } else { (x_lo - 10.0, x_hi + 10.0) };
         let (mut y_lo, mut y_hi) = range(&|p| p.1 - error(p), &|p| p.1 + error(p));
+        if y_hi - y_lo <= 1e-9 * y_hi.abs().max(y_lo.abs()) {
+            let room = if y_hi == 0.0 { 1.0 } else { 0.1 * y_hi.abs() };
+            (y_lo, y_hi) = (y_lo - room, y_hi + room);
+        }
         // Zero belongs to the picture unless the curves are far from it.
         if y_lo > 0.0 && y_lo < 0.5 * y_hi {
             y_lo = 0.0;

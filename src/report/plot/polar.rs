@@ -1,6 +1,6 @@
 //! Polar diagram of light in the plane of incidence, as from a goniometer.
 
-use super::axes::Ticks;
+use super::axes::{Ticks, superscript};
 use super::canvas::{Anchor, Canvas, Place, draw, fitted, width};
 use super::colours::{FAINT_INK, GRID, INCIDENT, INK, WHITE, series};
 use super::{Patch, Plot};
@@ -113,12 +113,15 @@ impl Layout {
             Some(n) => {
                 let power = (log10(largest) - 1e-9).ceil() as i32;
                 let first = power - n as i32 + 1;
-                let rings = (first..=power).map(|e| (pow(10.0, f64::from(e)), format!("1e{e}"))).collect();
+                let rings = (first..=power)
+                    .map(|e| (pow(10.0, f64::from(e)), format!("10{}", superscript(e))))
+                    .collect();
                 let plain = Ticks { values: vec![], labels: vec![], exponent: 0 };
                 (rings, pow(10.0, f64::from(power)), plain)
             }
         };
-        let full = points().any(|p| p.angle_deg.abs() > 90.0);
+        // An opaque body sends nothing below: half a diagram is enough.
+        let full = points().any(|p| p.angle_deg.abs() > 90.0 && p.value != 0.0);
         Layout {
             centre: (0.5 * WIDTH, 46.0 + 36.0 + RADIUS),
             radius: RADIUS,
@@ -226,8 +229,11 @@ impl PolarPlot<'_> {
     fn numbers(&self, c: &mut Canvas, layout: &Layout) {
         let mut free = layout.centre.0;
         for (value, text) in &layout.rings {
-            let x = layout.centre.0 + layout.reach(*value) * layout.radius;
             let half = 0.5 * width(text, 9.5);
+            let ring = layout.centre.0 + layout.reach(*value) * layout.radius;
+            // In the full diagram the last number stands inside the outer circle.
+            let last = ring > layout.centre.0 + layout.radius - 1.0;
+            let x = if layout.full && last { ring - half - 3.0 } else { ring };
             // A ring without room for its number goes without.
             if x - half > free {
                 let y = layout.centre.1 + 11.0;
@@ -323,7 +329,7 @@ mod tests {
     fn reflection_at_45_degrees() {
         let patches = rings_for_tests(|polar, azimuth| {
             let signed = if azimuth > 90.0 && azimuth < 270.0 { -polar } else { polar };
-            lobe(signed)
+            if polar < 90.0 { lobe(signed) } else { 0.0 }
         });
         let cut = in_plane(&patches);
         assert!(cut.windows(2).all(|w| w[0].angle_deg < w[1].angle_deg));
@@ -384,7 +390,7 @@ mod tests {
         }
         .plot();
         look(&log, "polar_log.svg");
-        assert!(texts(&log.svg).iter().any(|t| t == "1e2"));
+        assert!(texts(&log.svg).iter().any(|t| t == "10²"));
     }
 
     #[test]
