@@ -53,7 +53,7 @@ fn project(polar_deg: f64, azimuth_deg: f64) -> Place {
 
 impl HemisphereMap<'_> {
     /// Polar angle from the normal of the mapped side.
-    fn from_normal(&self, polar_deg: f64) -> f64 {
+    fn side_angle(&self, polar_deg: f64) -> f64 {
         if self.below { 180.0 - polar_deg } else { polar_deg }
     }
 
@@ -63,7 +63,7 @@ impl HemisphereMap<'_> {
             .patches
             .iter()
             .filter(|p| p.outline.len() > 2 && p.value.is_finite())
-            .filter(|p| p.outline.iter().any(|o| self.from_normal(o.0) < 90.0 - 1e-9))
+            .filter(|p| p.outline.iter().any(|o| self.side_angle(o.0) < 90.0 - 1e-9))
             .collect();
         let lo = shown.iter().map(|p| p.value).fold(f64::INFINITY, f64::min);
         let hi = shown.iter().map(|p| p.value).fold(f64::NEG_INFINITY, f64::max);
@@ -75,7 +75,7 @@ impl HemisphereMap<'_> {
             c.heading(&fitted(self.title, 13.5, 460.0), (20.0, 20.0));
             for p in &shown {
                 let mut polygon: Vec<Place> =
-                    p.outline.iter().map(|o| project(self.from_normal(o.0), o.1)).collect();
+                    p.outline.iter().map(|o| project(self.side_angle(o.0), o.1)).collect();
                 c.fill(&polygon, ramp(share(p.value)), 1.0);
                 // The outline in the same colour closes the seams between neighbours.
                 polygon.push(polygon[0]);
