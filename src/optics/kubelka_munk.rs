@@ -70,8 +70,9 @@ pub struct Coefficients {
     pub k: f64,
 }
 
-/// Opacity above which s and k from R0 and R∞ are ill-conditioned: the error of s exceeds that of
-/// R∞ − R0 divided by 5 % of R∞.
+/// Opacity above which s and k from R0 and R∞ are ill-conditioned: they follow the difference
+/// R∞ − R0, which is then less than a twentieth of R∞, so that its relative error is more than
+/// twenty times that of the reflectances.
 pub const ILL_CONDITIONED_OPACITY: f64 = 0.95;
 
 impl Coefficients {

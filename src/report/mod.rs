@@ -1,1 +1,13 @@
-//! report.
+//! What a run leaves behind: `result.json`, tidy tables, plots, the manifest, and the table of
+//! figures on the terminal. Deterministic: the same result gives the same bytes.
+
+pub mod file;
+pub mod result;
+pub mod csv;
+pub mod text;
+pub mod manifest;
+pub mod plot;
+
+pub use file::{RunFolder, write_atomic};
+pub use manifest::Manifest;
+pub use result::{Figure, Ordered, RunResult, Status};
