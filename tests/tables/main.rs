@@ -5,4 +5,6 @@
 //! tolerance, and the rows that the program cannot express, by name and reason.
 #![allow(clippy::disallowed_methods, missing_docs)]
 
+mod copper;
+mod fresnel;
 mod harness;
