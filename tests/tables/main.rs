@@ -8,3 +8,5 @@
 mod copper;
 mod fresnel;
 mod harness;
+mod mie;
+mod phase;
