@@ -75,11 +75,17 @@ impl Quantity {
             Quantity::Angle => {
                 &[("rad", Times(1.0)), ("deg", Times(std::f64::consts::PI / 180.0)), ("mrad", Over(1e3))]
             }
-            Quantity::Coefficient => {
-                &[("1/um", Times(1.0)), ("1/nm", Times(1e3)), ("1/mm", Over(1e3)), ("1/cm", Over(1e4)), ("1/m", Over(1e6))]
-            }
+            Quantity::Coefficient => &[
+                ("1/um", Times(1.0)),
+                ("1/nm", Times(1e3)),
+                ("1/mm", Over(1e3)),
+                ("1/cm", Over(1e4)),
+                ("1/m", Over(1e6)),
+            ],
             Quantity::Grammage => &[("g/m2", Times(1.0)), ("kg/m2", Times(1e3))],
-            Quantity::Coarseness => &[("mg/m", Times(1.0)), ("mg/100m", Over(1e2)), ("ug/m", Over(1e3)), ("g/m", Times(1e3))],
+            Quantity::Coarseness => {
+                &[("mg/m", Times(1.0)), ("mg/100m", Over(1e2)), ("ug/m", Over(1e3)), ("g/m", Times(1e3))]
+            }
             Quantity::Density => &[("kg/m3", Times(1.0)), ("g/cm3", Times(1e3)), ("g/m3", Over(1e3))],
             Quantity::LengthDensity => {
                 &[("1/um2", Times(1.0)), ("1/mm2", Over(1e6)), ("mm/mm3", Over(1e6)), ("um/um3", Times(1.0))]
@@ -122,7 +128,8 @@ impl Quantity {
     /// by [`Quantity::parse`] it gives the same bits.
     pub fn show(self, x: f64) -> String {
         let unit = self.table()[0].0;
-        let number = if x != 0.0 && !(1e-4..1e15).contains(&x.abs()) { format!("{x:e}") } else { format!("{x}") };
+        let number =
+            if x != 0.0 && !(1e-4..1e15).contains(&x.abs()) { format!("{x:e}") } else { format!("{x}") };
         if unit.is_empty() { number } else { format!("{number} {unit}") }
     }
 
@@ -157,7 +164,9 @@ impl Quantity {
             let unit_start = tail.trim_start();
             let unit_len = unit_start.find(is_gap).unwrap_or(unit_start.len());
             let first = unit_start.chars().next();
-            if first.is_some_and(|c| !is_gap(c) && number_end(unit_start).is_none() || is_unit_with_digit(unit_start)) {
+            if first.is_some_and(|c| {
+                !is_gap(c) && number_end(unit_start).is_none() || is_unit_with_digit(unit_start)
+            }) {
                 items.push((number, &unit_start[..unit_len]));
                 rest = unit_start[unit_len..].trim_start_matches(is_gap);
             } else {
@@ -289,7 +298,9 @@ impl UnitError {
 impl fmt::Display for UnitError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            UnitError::NotANumber { quantity, text } => write!(f, "expected {}, found `{text}`", quantity.name()),
+            UnitError::NotANumber { quantity, text } => {
+                write!(f, "expected {}, found `{text}`", quantity.name())
+            }
             UnitError::NotFinite { quantity, text } => {
                 write!(f, "expected {}, found `{text}`, which is not a finite number", quantity.name())
             }
@@ -421,7 +432,13 @@ mod tests {
             "expected a grammage, but `gsm` is no unit of it | known units: g/m2, kg/m2"
         );
         for bad in ["nan", "inf", "-inf", "1e999", "NaN um", "1e999 um", "1e308 km"] {
-            assert!(matches!(Quantity::Length.parse(bad), Err(UnitError::NotFinite { .. } | UnitError::MissingUnit { .. })), "{bad}");
+            assert!(
+                matches!(
+                    Quantity::Length.parse(bad),
+                    Err(UnitError::NotFinite { .. } | UnitError::MissingUnit { .. })
+                ),
+                "{bad}"
+            );
         }
         for bad in ["", "um", "1,5 um", "--1 um", "0x10 um", "1 um um", "1e um", "."] {
             assert!(Quantity::Length.parse(bad).is_err(), "{bad}");

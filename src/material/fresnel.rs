@@ -66,15 +66,7 @@ impl Fresnel {
         let (reflectance_s, transmittance_s) = powers(rs, flux * (q.re / (q + mu * c).norm_sqr()));
         let p = q.re * (q.norm_sqr() + sin2) / (a + b).norm_sqr();
         let (reflectance_p, transmittance_p) = powers(rp, flux * p);
-        Fresnel {
-            rs,
-            rp,
-            q,
-            reflectance_s,
-            reflectance_p,
-            transmittance_s,
-            transmittance_p,
-        }
+        Fresnel { rs, rp, q, reflectance_s, reflectance_p, transmittance_s, transmittance_p }
     }
 
     /// η = 1: only the permeability differs, and nothing depends on the angle.

@@ -108,6 +108,10 @@ mod tests {
         assert!(!index.is_constant() && RefractiveIndex::constant(1.55).is_constant());
         assert_eq!(RefractiveIndex::constant(1.55).at(1.0).unwrap(), Complex64::new(1.55, 0.0));
         assert!(RefractiveIndex::constant(-1.0).at(500.0).is_err());
-        assert!(RefractiveIndex { n: Spectrum::Constant(1.5), k: Some(Spectrum::Constant(-1e-9)) }.at(500.0).is_err());
+        assert!(
+            RefractiveIndex { n: Spectrum::Constant(1.5), k: Some(Spectrum::Constant(-1e-9)) }
+                .at(500.0)
+                .is_err()
+        );
     }
 }

@@ -38,10 +38,16 @@ impl ReflectionTable {
                 }
                 nm.push(wavelength);
             } else if Some(&wavelength) != nm.last() {
-                return wrong(0, format!("{} nm has {at} angles, others {}", nm[nm.len() - 1], degrees.len()));
+                return wrong(
+                    0,
+                    format!("{} nm has {at} angles, others {}", nm[nm.len() - 1], degrees.len()),
+                );
             }
             if angle != degrees[at] {
-                return wrong(1, format!("every wavelength needs the same angles: {angle}° for {}°", degrees[at]));
+                return wrong(
+                    1,
+                    format!("every wavelength needs the same angles: {angle}° for {}°", degrees[at]),
+                );
             }
             if at > 0 && angle <= degrees[at - 1] {
                 return wrong(1, format!("angles must ascend: {angle}° follows {}°", degrees[at - 1]));
@@ -51,7 +57,10 @@ impl ReflectionTable {
             }
         }
         if (degrees[0], degrees[degrees.len() - 1]) != (0.0, 90.0) {
-            return Err(SpectrumError::invalid(name, "angles must run from 0° to 90°: rays come at any angle"));
+            return Err(SpectrumError::invalid(
+                name,
+                "angles must run from 0° to 90°: rays come at any angle",
+            ));
         }
         if nm.len() * degrees.len() != rows.len() {
             return Err(SpectrumError::invalid(name, "the last wavelength lacks angles"));
@@ -129,9 +138,15 @@ mod tests {
     fn refusals_name_the_place() {
         for (text, message) in [
             ("400,0,0.1\n400,90,1.2", "t:2:8: a reflectance lies in 0 to 1, not 1.2"),
-            ("400,0,0.1\n400,90,1\n500,0,0.1\n500,80,1", "t:4:5: every wavelength needs the same angles: 80° for 90°"),
+            (
+                "400,0,0.1\n400,90,1\n500,0,0.1\n500,80,1",
+                "t:4:5: every wavelength needs the same angles: 80° for 90°",
+            ),
             ("400,0,0.1\n400,80,1", "t: angles must run from 0° to 90°: rays come at any angle"),
-            ("400,0,0.1\n400,90,1\n300,0,1\n300,90,1", "t:3:1: wavelengths must be positive and ascend: 300 nm"),
+            (
+                "400,0,0.1\n400,90,1\n300,0,1\n300,90,1",
+                "t:3:1: wavelengths must be positive and ascend: 300 nm",
+            ),
             ("400,0,0.1\n400,90,1\n500,0,1", "t: the last wavelength lacks angles"),
             ("400,0,0.1\n400,90,1\n500,0,1\n600,0,1", "t:4:1: 500 nm has 1 angles, others 2"),
             ("400,0,0.1\n400,0,0.1\n400,90,1", "t:2:5: angles must ascend: 0° follows 0°"),

@@ -52,7 +52,9 @@ mod tests {
     /// The probabilities that the cells stand for, summed exactly.
     #[test]
     fn cells_carry_the_weights() {
-        for weights in [vec![1.0], vec![0.0, 3.0, 0.0, 1.0], (0..1000).map(|i| f64::from(i % 17)).collect::<Vec<_>>()] {
+        for weights in
+            [vec![1.0], vec![0.0, 3.0, 0.0, 1.0], (0..1000).map(|i| f64::from(i % 17)).collect::<Vec<_>>()]
+        {
             let n = weights.len();
             let mut share = vec![0.0; n];
             for (i, c) in cells(&weights).iter().enumerate() {

@@ -27,7 +27,9 @@ impl Mixture {
         }
         let sum: f64 = parts.iter().map(|(w, _)| w).sum();
         if !(sum > 0.0 && sum.is_finite()) {
-            return Err(PhaseError::Whole("the weights of a mixture must have a positive, finite sum".into()));
+            return Err(PhaseError::Whole(
+                "the weights of a mixture must have a positive, finite sum".into(),
+            ));
         }
         let weights: Vec<f64> = parts.iter().map(|(w, _)| w / sum).collect();
         let cells = alias::cells(&weights);

@@ -109,7 +109,10 @@ impl Table {
             let [angle, p] = cells[..] else {
                 return Err(wrong(format!("expected 'angle_deg, p', found '{content}'")));
             };
-            if std::mem::take(&mut names_allowed) && angle.parse::<f64>().is_err() && p.parse::<f64>().is_err() {
+            if std::mem::take(&mut names_allowed)
+                && angle.parse::<f64>().is_err()
+                && p.parse::<f64>().is_err()
+            {
                 continue;
             }
             let number = |t: &str| t.parse::<f64>().map_err(|_| wrong(format!("'{t}' is no number")));
@@ -164,8 +167,12 @@ impl Table {
         let cells = alias::cells(&masses);
         let segments = pairs()
             .zip(cells)
-            .map(|((a, b, width), cell)| {
-                Segment { near: a.near, width, far: b.far, p: [a.p / integral, b.p / integral], cell }
+            .map(|((a, b, width), cell)| Segment {
+                near: a.near,
+                width,
+                far: b.far,
+                p: [a.p / integral, b.p / integral],
+                cell,
             })
             .collect();
         Ok(Table { segments, mean_cosine: 1.0 - turned.value() / integral, integral })

@@ -3,10 +3,11 @@
 use crate::law::{Azimuth, Roll, SizeLaw, Weighting};
 use crate::material::RefractiveIndex;
 use crate::math::exp;
-use crate::phase::Phase;
+use crate::phase::{Phase, Table};
 use crate::rng::Stream;
 use crate::spectrum::{Extrapolate, Spectrum, csv, rii};
 use num_complex::Complex64;
+use std::sync::Arc;
 
 type Answer<T> = Result<T, String>;
 
@@ -123,21 +124,22 @@ pub fn roll_normal(_sd: f64) -> Answer<Roll> {
     Ok(Roll::Uniform)
 }
 
-// ---- phase functions: stand-ins until `phase` is merged ----
+// ---- phase functions ----
 
-/// `Phase::HenyeyGreenstein`
-pub fn henyey_greenstein(_g: f64) -> Answer<Phase> {
-    Ok(Phase::Isotropic)
+/// Henyey–Greenstein.
+pub fn henyey_greenstein(g: f64) -> Answer<Phase> {
+    told(Phase::henyey_greenstein(g))
 }
-/// `Phase::TwoTerm`
-pub fn two_term(_w: f64, _g1: f64, _g2: f64) -> Answer<Phase> {
-    Ok(Phase::Isotropic)
+/// Two-term Henyey–Greenstein.
+pub fn two_term(w: f64, g1: f64, g2: f64) -> Answer<Phase> {
+    told(Phase::two_term(w, g1, g2))
 }
-/// `Phase::Rayleigh`
+/// Rayleigh.
 pub fn rayleigh() -> Phase {
-    Phase::Isotropic
+    Phase::Rayleigh
 }
-/// `phase::table::read`
-pub fn phase_table(_text: &str, _name: &str) -> Answer<Phase> {
-    Ok(Phase::Isotropic)
+/// A user's table, CSV of angle and density.
+pub fn phase_table(text: &str, name: &str) -> Answer<Phase> {
+    let table = Table::from_csv(text).map_err(|e| format!("{name}: {e}"))?;
+    Ok(Phase::Table(Arc::new(table)))
 }

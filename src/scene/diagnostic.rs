@@ -181,11 +181,16 @@ impl Diagnostics {
             shown.push(place.file);
             let Some(file) = self.files.get(place.file) else { continue };
             let quote = Quote::of(&file.text, places.iter().map(|p| p.0).filter(|p| p.file == place.file));
-            let mut snippet = Snippet::source(quote.text.clone()).line_start(quote.line).path(file.path.display().to_string());
+            let mut snippet = Snippet::source(quote.text.clone())
+                .line_start(quote.line)
+                .path(file.path.display().to_string());
             for &(p, label, kind) in places.iter().filter(|p| p.0.file == place.file) {
                 let annotation = kind.span(quote.span(p));
-                snippet =
-                    snippet.annotation(if label.is_empty() { annotation } else { annotation.label(visible(label)) });
+                snippet = snippet.annotation(if label.is_empty() {
+                    annotation
+                } else {
+                    annotation.label(visible(label))
+                });
             }
             group = group.element(snippet);
         }

@@ -28,6 +28,8 @@ pub struct Element {
     pub children: Vec<Element>,
     /// Was it asked for while the scene was built?
     pub used: Cell<bool>,
+    /// Does it hold a misspelt name? Then what seems missing is not told too.
+    pub misspelt: Cell<bool>,
 }
 
 /// An attribute.
@@ -52,7 +54,14 @@ impl Attribute {
     pub fn new(name: &str, value: &str) -> Self {
         let nowhere = Place { file: 0, start: 0, end: 0 };
         let (name, value) = (name.to_string(), value.to_string());
-        Attribute { name, name_place: nowhere, value, value_place: nowhere, broken: false, used: Cell::new(false) }
+        Attribute {
+            name,
+            name_place: nowhere,
+            value,
+            value_place: nowhere,
+            broken: false,
+            used: Cell::new(false),
+        }
     }
 }
 
@@ -105,7 +114,8 @@ impl Parser<'_> {
         reader.config_mut().allow_unmatched_ends = true;
         loop {
             let from = reader.buffer_position() as usize;
-            let event = reader.read_event().map_err(|e| self.malformed(&e, reader.error_position() as usize))?;
+            let event =
+                reader.read_event().map_err(|e| self.malformed(&e, reader.error_position() as usize))?;
             let to = reader.buffer_position() as usize;
             match event {
                 Event::Start(tag) => self.start(&tag, from, to)?,
@@ -133,7 +143,11 @@ impl Parser<'_> {
     fn finish(self) -> Result<Element, Fault> {
         if let Some(open) = self.open.last() {
             let mut d = self
-                .fault(self.text.len(), self.text.len(), format!("the file ends inside <{}>", open.element.name))
+                .fault(
+                    self.text.len(),
+                    self.text.len(),
+                    format!("the file ends inside <{}>", open.element.name),
+                )
                 .label("end of file")
                 .help("the file is truncated, or an end tag is missing");
             d.other = Some((open.element.place, "opened here".into()));
@@ -142,7 +156,8 @@ impl Parser<'_> {
         match self.root {
             Some(root) => Ok(root),
             None => Err(Box::new(
-                self.fault(0, 0, "the file has no root element").help("a scene begins with <scene name=\"…\" version=\"1\">"),
+                self.fault(0, 0, "the file has no root element")
+                    .help("a scene begins with <scene name=\"…\" version=\"1\">"),
             )),
         }
     }
@@ -158,13 +173,23 @@ impl Parser<'_> {
             ));
         }
         if self.open.len() >= MAX_DEPTH {
-            return Err(Box::new(Diagnostic::error(place, format!("elements are nested deeper than {MAX_DEPTH}"))));
+            return Err(Box::new(Diagnostic::error(
+                place,
+                format!("elements are nested deeper than {MAX_DEPTH}"),
+            )));
         }
         if name.is_empty() {
             return Err(Box::new(self.fault(from, to, "a tag without name")));
         }
         let attributes = self.attributes(tag, from, to)?;
-        let element = Element { name, place, attributes, children: Vec::new(), used: Cell::new(false) };
+        let element = Element {
+            name,
+            place,
+            attributes,
+            children: Vec::new(),
+            used: Cell::new(false),
+            misspelt: Cell::new(false),
+        };
         self.open.push(Open { element, from });
         Ok(())
     }
@@ -192,10 +217,9 @@ impl Parser<'_> {
                     let end = raw[i..].find(';').map_or(raw.len(), |j| i + j + 1);
                     Place::new(self.file, value_at + i..value_at + end)
                 });
-                Box::new(
-                    Diagnostic::error(entity, format!("undefined or malformed entity: {e}"))
-                        .help("only &amp; &lt; &gt; &quot; &apos; and character references like &#181; are known"),
-                )
+                Box::new(Diagnostic::error(entity, format!("undefined or malformed entity: {e}")).help(
+                    "only &amp; &lt; &gt; &quot; &apos; and character references like &#181; are known",
+                ))
             })?;
             found.push(Attribute {
                 name: key.to_string(),
@@ -218,7 +242,9 @@ impl Parser<'_> {
             AttrError::Duplicated(i, _) => (*i, "a repeated attribute"),
         };
         let start = (from + 1 + at).min(to);
-        Box::new(self.fault(start, (start + 1).min(to), message).help("attributes are written name=\"value\""))
+        Box::new(
+            self.fault(start, (start + 1).min(to), message).help("attributes are written name=\"value\""),
+        )
     }
 
     fn end(&mut self, name: &str, from: usize, to: usize) -> Result<(), Fault> {
@@ -261,11 +287,16 @@ impl Parser<'_> {
 
     fn text_found(&self, from: usize, to: usize) -> Fault {
         let message = match (self.open.last(), &self.root) {
-            (Some(open), _) => format!("text inside <{}>, where only elements are expected", open.element.name),
+            (Some(open), _) => {
+                format!("text inside <{}>, where only elements are expected", open.element.name)
+            }
             (None, Some(root)) => format!("text after the end of <{}>", root.name),
             (None, None) => "text before the root element".to_string(),
         };
-        Box::new(self.fault(from, to, message).help("values are written as attributes, remarks as <!-- comments -->"))
+        Box::new(
+            self.fault(from, to, message)
+                .help("values are written as attributes, remarks as <!-- comments -->"),
+        )
     }
 
     fn malformed(&self, e: &XmlError, at: usize) -> Fault {

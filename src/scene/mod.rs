@@ -7,6 +7,6 @@ pub mod document;
 pub mod model;
 pub mod table;
 
-pub use build::{Options, read, read_text};
+pub use build::{Options, implied_coarseness, read, read_text, section_areas};
 pub use diagnostic::Diagnostics;
 pub use model::*;

@@ -52,7 +52,9 @@ pub fn colour_matching(observer: Observer) -> &'static ColourMatching {
     static TEN: OnceLock<ColourMatching> = OnceLock::new();
     match observer {
         Observer::Two => TWO.get_or_init(|| matching(file!("cie1931_2deg_5nm.csv"), "CIE 1931 2° observer")),
-        Observer::Ten => TEN.get_or_init(|| matching(file!("cie1964_10deg_5nm.csv"), "CIE 1964 10° observer")),
+        Observer::Ten => {
+            TEN.get_or_init(|| matching(file!("cie1964_10deg_5nm.csv"), "CIE 1964 10° observer"))
+        }
     }
 }
 
@@ -112,7 +114,10 @@ mod tests {
     fn chromaticity(i: Illuminant, o: Observer) -> (f64, f64) {
         let (s, m) = (illuminant(i), colour_matching(o));
         let sum = |t: &Table| {
-            (0..=80).map(|j| 380.0 + 5.0 * f64::from(j)).map(|w| s.at(w).unwrap() * t.at(w).unwrap()).sum::<f64>()
+            (0..=80)
+                .map(|j| 380.0 + 5.0 * f64::from(j))
+                .map(|w| s.at(w).unwrap() * t.at(w).unwrap())
+                .sum::<f64>()
         };
         let (x, y, z) = (sum(&m.x), sum(&m.y), sum(&m.z));
         (x / (x + y + z), y / (x + y + z))

@@ -33,8 +33,17 @@ impl Dispersion {
     /// The formula with number 1 … 9.
     pub fn from_number(number: u32) -> Option<Self> {
         use Dispersion::*;
-        let all =
-            [Sellmeier, Sellmeier2, Polynomial, RefractiveIndexInfo, Cauchy, Gases, Herzberger, Retro, Exotic];
+        let all = [
+            Sellmeier,
+            Sellmeier2,
+            Polynomial,
+            RefractiveIndexInfo,
+            Cauchy,
+            Gases,
+            Herzberger,
+            Retro,
+            Exotic,
+        ];
         all.get(usize::try_from(number).ok()?.checked_sub(1)?).copied()
     }
 
@@ -148,7 +157,12 @@ impl Formula {
     pub fn at(&self, nm: f64) -> Result<f64, SpectrumError> {
         let name = || self.name.to_string();
         let (low, high) = self.range;
-        let x = inside(self.range, nm).ok_or_else(|| SpectrumError::OutOfRange { name: name(), nm, low, high })?;
+        let x = inside(self.range, nm).ok_or_else(|| SpectrumError::OutOfRange {
+            name: name(),
+            nm,
+            low,
+            high,
+        })?;
         let n = self.kind.value(&self.coefficients, x / 1000.0);
         if n.is_finite() { Ok(n) } else { Err(SpectrumError::NotReal { name: name(), nm }) }
     }
@@ -187,7 +201,10 @@ mod tests {
         near(at(6, &[0.001, 0.05, 100.25, 0.002, 40.25]), 1.001 + 0.0005 + 0.00005);
         // L = 1/3.972
         let l = 1.0 / 3.972;
-        near(at(7, &[1.5, 0.1, 0.2, 0.01, 0.002, 0.0003]), 1.5 + 0.1 * l + 0.2 * l * l + 0.04 + 0.032 + 0.0192);
+        near(
+            at(7, &[1.5, 0.1, 0.2, 0.01, 0.002, 0.0003]),
+            1.5 + 0.1 * l + 0.2 * l * l + 0.04 + 0.032 + 0.0192,
+        );
         near(at(7, &[1.5, 0.1, 0.2]), 1.5 + 0.1 * l + 0.2 * l * l);
         // p = 0.1 + 0.15·4/(4 − 1) + 0.0125·4 = 0.35; n² = 1.7/0.65
         near(at(8, &[0.1, 0.15, 1.0, 0.0125]), (1.7_f64 / 0.65).sqrt());
@@ -211,10 +228,7 @@ mod tests {
             "glass: no value at 800 nm, known from 400 nm to 700 nm"
         );
         let pole = new(Dispersion::Sellmeier2, &[0.0, 1.0, 0.25]).unwrap();
-        assert_eq!(
-            pole.at(500.0).unwrap_err(),
-            SpectrumError::NotReal { name: "glass".into(), nm: 500.0 }
-        );
+        assert_eq!(pole.at(500.0).unwrap_err(), SpectrumError::NotReal { name: "glass".into(), nm: 500.0 });
         assert!(matches!(pole.at(450.0), Err(SpectrumError::NotReal { .. })));
     }
 }

@@ -172,15 +172,27 @@ mod tests {
     #[test]
     fn refusals_name_the_line() {
         for (text, message) in [
-            ("DATA:\n  - type: tabulated n\n    data: |\n      0.4 1.4\n      0.5 x\n", "t:5:1: 'x' is no finite number"),
-            ("DATA:\n  - type: tabulated nk\n    data: |\n      0.4 1.4\n", "t:4:1: 2 numbers where 3 belong"),
-            ("DATA:\n  - type: tabulated k\n    data: |\n      0.4 1.4\n", "t: the file gives no refractive index n"),
+            (
+                "DATA:\n  - type: tabulated n\n    data: |\n      0.4 1.4\n      0.5 x\n",
+                "t:5:1: 'x' is no finite number",
+            ),
+            (
+                "DATA:\n  - type: tabulated nk\n    data: |\n      0.4 1.4\n",
+                "t:4:1: 2 numbers where 3 belong",
+            ),
+            (
+                "DATA:\n  - type: tabulated k\n    data: |\n      0.4 1.4\n",
+                "t: the file gives no refractive index n",
+            ),
             (
                 "DATA:\n  - type: tabulated n\n    data: |\n      0.4 1\n  - type: tabulated n\n    data: |\n      0.4 1\n",
                 "t:5:1: n is given twice",
             ),
             ("DATA:\n  - type: formula 12\n    coefficients: 1\n", "t:2:1: '12' is no formula from 1 to 9"),
-            ("DATA:\n  - type: formula 1\n    coefficients: 1 2 3\n", "t:2:1: a block 'formula 1' needs 'wavelength_range'"),
+            (
+                "DATA:\n  - type: formula 1\n    coefficients: 1 2 3\n",
+                "t:2:1: a block 'formula 1' needs 'wavelength_range'",
+            ),
             (
                 "DATA:\n  - type: formula 1\n    coefficients: 1 2\n    wavelength_range: 0.4 0.7\n",
                 "t:2:1: 2 coefficients do not fit the formula Sellmeier",

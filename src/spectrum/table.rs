@@ -42,7 +42,8 @@ impl Table {
         if nm.len() != values.len() {
             return wrong(format!("{} wavelengths but {} values", nm.len(), values.len()));
         }
-        if let Some(i) = (0..nm.len()).find(|&i| !(nm[i].is_finite() && nm[i] > 0.0 && values[i].is_finite())) {
+        if let Some(i) = (0..nm.len()).find(|&i| !(nm[i].is_finite() && nm[i] > 0.0 && values[i].is_finite()))
+        {
             return wrong(format!("row {}: '{}, {}' is no wavelength and value", i + 1, nm[i], values[i]));
         }
         if let Some(i) = (1..nm.len()).find(|&i| nm[i] <= nm[i - 1]) {

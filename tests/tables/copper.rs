@@ -41,7 +41,8 @@ fn angles(row: &Row, scale: f64) -> Check {
     assert!((n.re - row.f("n_lin_interp")).abs() < 1e-13 && (n.im - row.f("k_lin_interp")).abs() < 1e-13);
     let f = Fresnel::new(VACUUM, n * scale, 1.0, row.f("theta_deg").to_radians().cos());
     let off = |got: f64, column: &str| (got - row.f(column)).abs();
-    let worst = off(f.reflectance_s, "Rs").max(off(f.reflectance_p, "Rp")).max(off(f.reflectance(), "R_unpol"));
+    let worst =
+        off(f.reflectance_s, "Rs").max(off(f.reflectance_p, "Rp")).max(off(f.reflectance(), "R_unpol"));
     Check::Deviation(worst / 5e-15)
 }
 
@@ -67,9 +68,12 @@ fn normal(index: &RefractiveIndex, nm: f64) -> f64 {
 /// The columns of four digits, from the shipped files: half a unit of the last digit.
 #[test]
 fn copper_every_50_nm() {
-    for (file, column) in
-        [("Cu_Hagemann.yml", "Hagemann"), ("Cu_Johnson.yml", "Johnson"), ("Cu_Babar.yml", "Babar"), ("Cu_Werner.yml", "Werner")]
-    {
+    for (file, column) in [
+        ("Cu_Hagemann.yml", "Hagemann"),
+        ("Cu_Johnson.yml", "Johnson"),
+        ("Cu_Babar.yml", "Babar"),
+        ("Cu_Werner.yml", "Werner"),
+    ] {
         let copper = read(&shipped(file));
         hold(&beside("copper_reflectance.csv"), |row| {
             within(normal(&copper, row.f("wl_nm")), row.f(column), 0.5e-4 * (1.0 + 1e-9))
@@ -110,7 +114,11 @@ fn the_papers_own_reflectance_is_the_amplitude() {
 
 /// Half a unit of the last of `digits` significant digits of `x`.
 fn half_unit(x: f64, digits: i32) -> f64 {
-    if x == 0.0 { f64::MIN_POSITIVE } else { 0.5 * 10_f64.powi(x.abs().log10().floor() as i32 + 1 - digits) * (1.0 + 1e-9) }
+    if x == 0.0 {
+        f64::MIN_POSITIVE
+    } else {
+        0.5 * 10_f64.powi(x.abs().log10().floor() as i32 + 1 - digits) * (1.0 + 1e-9)
+    }
 }
 
 const WAVELENGTHS: [f64; 7] = [400.0, 457.9, 500.0, 557.3, 589.3, 632.8, 700.0];
@@ -125,7 +133,8 @@ fn index_row(row: &Row, index: &RefractiveIndex, scale: f64) -> Check {
             worst = worst.max((index.n.at(nm).unwrap() * scale - n).abs() / half_unit(n, 6));
         }
         if let Some(k) = k {
-            worst = worst.max((index.k.as_ref().unwrap().at(nm).unwrap() * scale - k).abs() / half_unit(k, 4));
+            worst =
+                worst.max((index.k.as_ref().unwrap().at(nm).unwrap() * scale - k).abs() / half_unit(k, 4));
         }
     }
     Check::Deviation(worst)

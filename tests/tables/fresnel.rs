@@ -50,7 +50,8 @@ fn want(row: &Row, column: &str) -> f64 {
 
 fn reflectance(row: &Row, case: &Case) -> Check {
     let f = case.fresnel();
-    let mean = if row.f("R_unpol") > 1.0 { 0.5 * (want(row, "Rs") + want(row, "Rp")) } else { row.f("R_unpol") };
+    let mean =
+        if row.f("R_unpol") > 1.0 { 0.5 * (want(row, "Rs") + want(row, "Rp")) } else { row.f("R_unpol") };
     all([
         within(f.reflectance_s, want(row, "Rs"), tolerance(row, "abs_uncert_Rs")),
         within(f.reflectance_p, want(row, "Rp"), tolerance(row, "abs_uncert_Rp")),
@@ -99,7 +100,10 @@ fn transmitted_powers_near_grazing_are_relatively_right() {
     hold("fresnel.csv", |row| {
         let case = Case::of(row);
         let t = row.f("one_minus_R");
-        if case.n1.im > 0.0 || !(t > 0.0 && t < 1e-3) || case.cos_i > 1e-3 || row.text("case") == "index_matched_grazing"
+        if case.n1.im > 0.0
+            || !(t > 0.0 && t < 1e-3)
+            || case.cos_i > 1e-3
+            || row.text("case") == "index_matched_grazing"
         {
             return Check::Cannot("not a grazing row with a little transmission");
         }
@@ -145,13 +149,14 @@ fn amplitudes() {
     hold("fresnel.csv", |row| {
         let case = Case::of(row);
         let f = case.fresnel();
-        let (s, p) = (
-            Complex64::new(row.f("rs_re"), row.f("rs_im")),
-            Complex64::new(row.f("rp_re"), row.f("rp_im")),
-        );
+        let (s, p) =
+            (Complex64::new(row.f("rs_re"), row.f("rs_im")), Complex64::new(row.f("rp_re"), row.f("rp_im")));
         if row.f("R_unpol") > 1.0 {
             // The other root turns r into 1/r.
-            return all([within((f.rs - 1.0 / s).norm(), 0.0, 1e-14), within((f.rp - 1.0 / p).norm(), 0.0, 1e-14)]);
+            return all([
+                within((f.rs - 1.0 / s).norm(), 0.0, 1e-14),
+                within((f.rp - 1.0 / p).norm(), 0.0, 1e-14),
+            ]);
         }
         let (eta2, q, c) = ((case.n2 / case.n1).powi(2), f.q, case.cos_i);
         let dq = q_tolerance(&case, q.norm().max(1e-300));

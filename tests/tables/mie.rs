@@ -26,7 +26,13 @@ fn efficiency(row: &Row, bend: f64) -> Check {
     let Efficiencies { q_ext, q_sca, q_abs, q_back, g } =
         efficiencies(index(row, "m_im(absorbing>0)", bend), row.f("x"));
     let pair = |got: f64, column| (got, row.f(column), RELATIVE * row.f(column).abs());
-    worst(&[pair(q_ext, "Qext"), pair(q_sca, "Qsca"), pair(q_abs, "Qabs"), pair(q_back, "Qback"), pair(g, "g")])
+    worst(&[
+        pair(q_ext, "Qext"),
+        pair(q_sca, "Qsca"),
+        pair(q_abs, "Qabs"),
+        pair(q_back, "Qback"),
+        pair(g, "g"),
+    ])
 }
 
 #[test]
@@ -64,7 +70,10 @@ fn key(row: &Row) -> String {
 }
 
 fn spheres(bend: f64) -> BTreeMap<String, Coefficients> {
-    rows("mie_phase.csv").iter().map(|r| (key(r), Coefficients::new(index(r, "m_im", bend), r.f("x")))).collect()
+    rows("mie_phase.csv")
+        .iter()
+        .map(|r| (key(r), Coefficients::new(index(r, "m_im", bend), r.f("x"))))
+        .collect()
 }
 
 #[test]

@@ -8,7 +8,20 @@ fn cosines() -> Vec<f64> {
 }
 
 fn indices() -> [f64; 12] {
-    [1e-3, 0.05, 0.999_999_999_999, 1.0, 1.0 + f64::EPSILON, 1.000_000_000_001, 1.33, 1.5, 1.55, 2.7, 10.0, 1e3]
+    [
+        1e-3,
+        0.05,
+        0.999_999_999_999,
+        1.0,
+        1.0 + f64::EPSILON,
+        1.000_000_000_001,
+        1.33,
+        1.5,
+        1.55,
+        2.7,
+        10.0,
+        1e3,
+    ]
 }
 
 #[test]
@@ -54,7 +67,10 @@ fn the_fast_path_is_the_complex_one() {
                 let (i, f) = (dielectric(n1, n2, c), Fresnel::new(n1.into(), n2.into(), 1.0, c));
                 assert!((i.r - f.reflectance()).abs() <= 4e-16, "{n1} {n2} {c}");
                 // 1e-300: the last cosines are subnormal.
-                assert!((i.t - f.transmittance()).abs() <= 1e-14 * i.t + 1e-300, "{n1} {n2} {c}: {i:?} {f:?}");
+                assert!(
+                    (i.t - f.transmittance()).abs() <= 1e-14 * i.t + 1e-300,
+                    "{n1} {n2} {c}: {i:?} {f:?}"
+                );
                 let cos_t = refraction_angle_absorbing(n1, n2.into(), c);
                 assert!((i.cos_t - cos_t).abs() <= 1e-15, "{n1} {n2} {c}: {} {cos_t}", i.cos_t);
             }

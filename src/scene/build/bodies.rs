@@ -21,7 +21,8 @@ impl Reading<'_> {
         }
         if bodies.is_empty() {
             let d = Diagnostic::error(e.own.place, "the universe is empty");
-            self.out.push(d.help("add a primitive (sphere, ellipsoid, cylinder, box, plane, slab) or a <sheet>"));
+            self.out
+                .push(d.help("add a primitive (sphere, ellipsoid, cylinder, box, plane, slab) or a <sheet>"));
         }
         Universe::Synthetic(Synthetic { ambient, bodies })
     }
@@ -41,7 +42,9 @@ impl Reading<'_> {
     fn slabs(&mut self, universe: Node<'_>, sheet: Node<'_>) -> Vec<Body> {
         if self.backing(universe, sheet).is_some() {
             let d = Diagnostic::error(sheet.place("backing"), "a synthetic universe has no backing");
-            self.out.push(d.help("put a <slab> with an opaque Lambertian surface below, or use kind=\"statistical\""));
+            self.out.push(
+                d.help("put a <slab> with an opaque Lambertian surface below, or use kind=\"statistical\""),
+            );
         }
         let _ = sheet.text("name");
         let layers = self.layers(sheet);
@@ -50,7 +53,10 @@ impl Reading<'_> {
         let mut bodies = Vec::new();
         for (i, (node, layer)) in layers.into_iter().enumerate() {
             if !layer.components.is_empty() {
-                let d = Diagnostic::error(node.own.place, "a sheet in a synthetic universe has homogeneous layers only");
+                let d = Diagnostic::error(
+                    node.own.place,
+                    "a sheet in a synthetic universe has homogeneous layers only",
+                );
                 self.out.push(d.help("bodies known by statistics belong to kind=\"statistical\""));
             }
             let z_max = top;
@@ -112,9 +118,7 @@ impl Reading<'_> {
             }
         };
         let lumen = match e.number("wall") {
-            Some(t) if t < a.min(b) => {
-                Some(((a - t, b - t), self.material(e, "lumen").unwrap_or(ambient)))
-            }
+            Some(t) if t < a.min(b) => Some(((a - t, b - t), self.material(e, "lumen").unwrap_or(ambient))),
             Some(t) => {
                 let d = Diagnostic::error(e.place("wall"), format!("a wall of {t} um leaves no lumen"));
                 self.out.push(d.help(format!("below {} um, or without `wall`: solid", a.min(b))));

@@ -32,6 +32,13 @@ pub fn section_areas(width: &SizeLaw, flatness: &SizeLaw, wall: Option<&SizeLaw>
     (outer, outer - lumen)
 }
 
+/// Coarseness that follows from the section, mg/m: density × mean wall area (1 kg/m³ · 1 µm² = 1e-6
+/// mg/m); None for particles.
+pub fn implied_coarseness(c: &Component) -> Option<f64> {
+    let Shape::Fibre { width, flatness, wall, .. } = &c.shape else { return None };
+    Some(1e-6 * c.density * section_areas(width, flatness, wall.as_ref()).1)
+}
+
 impl Reading<'_> {
     pub fn check_sheet(
         &mut self,
@@ -44,7 +51,8 @@ impl Reading<'_> {
         if self.out.error_count() > 0 {
             return;
         }
-        let with_bodies: Vec<&(Node<'_>, Layer)> = layers.iter().filter(|l| !l.1.components.is_empty()).collect();
+        let with_bodies: Vec<&(Node<'_>, Layer)> =
+            layers.iter().filter(|l| !l.1.components.is_empty()).collect();
         if let (Edges::Cut, [_, second, ..]) = (sheet.edges, with_bodies.as_slice()) {
             self.out.push(
                 Diagnostic::error(second.0.own.place, "a second layer of bodies under edges=\"cut\"")
@@ -55,7 +63,8 @@ impl Reading<'_> {
         }
         for (node, layer) in layers {
             self.check_amounts(*node, layer, sheet.overlap);
-            let bodies = node.all_children().filter(|c| matches!(c.own.name.as_str(), "fibres" | "particles"));
+            let bodies =
+                node.all_children().filter(|c| matches!(c.own.name.as_str(), "fibres" | "particles"));
             for (e, c) in bodies.zip(&layer.components) {
                 self.check_coarseness(e, c);
                 let opaque = surfaces.get(usize::from(c.surface.0)).is_some_and(|s| s.opaque);
@@ -109,13 +118,12 @@ impl Reading<'_> {
         }
     }
 
-    /// Coarseness = density × mean wall area: 1 kg/m³ · 1 µm² = 1e-6 mg/m.
     fn check_coarseness(&mut self, e: Node<'_>, c: &Component) {
-        let (Some(given), Shape::Fibre { width, flatness, wall, .. }) = (c.coarseness, &c.shape) else { return };
-        let (_, area) = section_areas(width, flatness, wall.as_ref());
-        let implied = 1e-6 * c.density * area;
+        let (Some(given), Some(implied)) = (c.coarseness, implied_coarseness(c)) else { return };
+        let area = 1e6 * implied / c.density;
         if (implied / given - 1.0).abs() > 0.2 {
-            let place = if e.own.attribute("coarseness").is_some() { e.place("coarseness") } else { e.place("from") };
+            let place =
+                if e.own.attribute("coarseness").is_some() { e.place("coarseness") } else { e.place("from") };
             self.out.push(
                 Diagnostic::warning(
                     place,
@@ -131,7 +139,13 @@ impl Reading<'_> {
     }
 
     /// As the same check of a sheet, for an explicit body.
-    pub fn check_optical_size(&mut self, place: Place, body: &Body, ambient: MediumId, materials: &[Material]) {
+    pub fn check_optical_size(
+        &mut self,
+        place: Place,
+        body: &Body,
+        ambient: MediumId,
+        materials: &[Material],
+    ) {
         let size = match &body.geometry {
             Geometry::Sphere { radius, .. } => 2.0 * radius,
             Geometry::Ellipsoid { half_axes, .. } => 2.0 * half_axes.min_element(),
@@ -141,8 +155,16 @@ impl Reading<'_> {
     }
 
     /// Geometric optics needs x|m − 1| of 10 or more, x = π d n/λ, m the relative index.
-    fn check_size(&mut self, place: Place, name: &str, size: f64, media: (MediumId, MediumId), materials: &[Material]) {
-        let index = |m: MediumId, nm: f64| adapters::index_at(&materials.get(usize::from(m.0))?.index, nm).ok();
+    fn check_size(
+        &mut self,
+        place: Place,
+        name: &str,
+        size: f64,
+        media: (MediumId, MediumId),
+        materials: &[Material],
+    ) {
+        let index =
+            |m: MediumId, nm: f64| adapters::index_at(&materials.get(usize::from(m.0))?.index, nm).ok();
         let contrast = |nm: f64| {
             let (inside, around) = (index(media.0, nm)?, index(media.1, nm)?);
             let m = inside / around;

@@ -77,10 +77,13 @@ impl Reading<'_> {
         let full = resolved(&path);
         if !self.options.allow_outside && !self.roots.iter().any(|r| full.starts_with(r)) {
             self.out.push(
-                Diagnostic::error(a.value_place, format!("`{}` is outside the scene's folder", full.display()))
-                    .label("leads out")
-                    .help(format!("allowed: {}", self.roots_text()))
-                    .help("move the file there, or allow files from anywhere with --allow-outside"),
+                Diagnostic::error(
+                    a.value_place,
+                    format!("`{}` is outside the scene's folder", full.display()),
+                )
+                .label("leads out")
+                .help(format!("allowed: {}", self.roots_text()))
+                .help("move the file there, or allow files from anywhere with --allow-outside"),
             );
             return None;
         }
@@ -124,10 +127,17 @@ impl Reading<'_> {
         };
         let found = root.attribute("kind").map_or("", |k| k.value.trim()).to_string();
         if root.name != "distribution" || found != kind {
-            let what = if root.name == "distribution" { format!("kind `{found}`") } else { format!("<{}>", root.name) };
+            let what = if root.name == "distribution" {
+                format!("kind `{found}`")
+            } else {
+                format!("<{}>", root.name)
+            };
             self.out.push(
-                Diagnostic::error(a.value_place, format!("a distribution of kind `{kind}` is expected, the file holds {what}"))
-                    .other(root.place, "this file"),
+                Diagnostic::error(
+                    a.value_place,
+                    format!("a distribution of kind `{kind}` is expected, the file holds {what}"),
+                )
+                .other(root.place, "this file"),
             );
             return None;
         }
@@ -186,7 +196,10 @@ fn histogram(text: &str) -> Result<(Vec<f64>, Vec<f64>), (u64, String)> {
     let (mut edges, mut weights): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
     for (line, row) in &rows {
         let [from, to, weight] = row[..] else {
-            return Err((*line, format!("expected the columns from, to, weight; found {} columns", row.len())));
+            return Err((
+                *line,
+                format!("expected the columns from, to, weight; found {} columns", row.len()),
+            ));
         };
         match edges.last() {
             None => edges.push(from),
@@ -206,8 +219,10 @@ fn histogram(text: &str) -> Result<(Vec<f64>, Vec<f64>), (u64, String)> {
 
 fn nearest_file(path: &Path) -> Option<String> {
     let name = path.file_name()?.to_str()?;
-    let mut names: Vec<String> =
-        std::fs::read_dir(path.parent()?).ok()?.filter_map(|e| e.ok()?.file_name().into_string().ok()).collect();
+    let mut names: Vec<String> = std::fs::read_dir(path.parent()?)
+        .ok()?
+        .filter_map(|e| e.ok()?.file_name().into_string().ok())
+        .collect();
     names.sort();
     nearest(name, names.iter().map(String::as_str)).map(str::to_string)
 }

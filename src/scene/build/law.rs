@@ -9,7 +9,14 @@ impl Reading<'_> {
     /// The law of a size, given as an attribute (one value) or as a child element, here or in the
     /// distribution file. A law measured by mass (length) is divided by x^mass (x^length) to get the
     /// law by number. `most`: largest value allowed.
-    pub fn size(&mut self, e: Node<'_>, name: &'static str, mass: f64, length: f64, most: Option<f64>) -> Option<SizeLaw> {
+    pub fn size(
+        &mut self,
+        e: Node<'_>,
+        name: &'static str,
+        mass: f64,
+        length: f64,
+        most: Option<f64>,
+    ) -> Option<SizeLaw> {
         for (element, is_own) in [(Some(e.own), true), (e.base, false)] {
             let Some(element) = element else { continue };
             let child = element.children.iter().find(|c| c.name == name);
@@ -40,8 +47,9 @@ impl Reading<'_> {
 
     /// As [`Reading::size`]; its absence is an error.
     pub fn needed_size(&mut self, e: Node<'_>, name: &'static str, mass: f64, length: f64) -> SizeLaw {
-        let given = e.has(name) || e.own.children.iter().chain(e.base.iter().flat_map(|b| &b.children)).any(|c| c.name == name);
-        if !given {
+        let given = e.has(name)
+            || e.own.children.iter().chain(e.base.iter().flat_map(|b| &b.children)).any(|c| c.name == name);
+        if !given && !e.own.misspelt.get() {
             self.out.push(
                 Diagnostic::error(e.own.place, format!("<{}> needs `{name}`", e.own.name))
                     .help(format!("as {name}=\"30 um\", or as a child <{name} law=…>")),
@@ -97,7 +105,10 @@ impl Reading<'_> {
         if let Some(most) = most
             && largest.is_none_or(|x| x > most)
         {
-            let d = Diagnostic::error(e.own.place, format!("<{}> may not exceed {most}, this law does", e.own.name));
+            let d = Diagnostic::error(
+                e.own.place,
+                format!("<{}> may not exceed {most}, this law does", e.own.name),
+            );
             self.out.push(d.help("take a law with bounds: uniform, truncated-normal, beta or histogram"));
             return None;
         }
@@ -114,7 +125,8 @@ impl Reading<'_> {
         let parts: Vec<Node<'_>> = e.children("part").collect();
         let shares: f64 = parts.iter().filter_map(|p| p.number("share")).sum();
         if parts.is_empty() || (shares - 1.0).abs() > 1e-9 {
-            let d = Diagnostic::error(e.own.place, format!("the shares of a mixture sum to {shares}, not to 1"));
+            let d =
+                Diagnostic::error(e.own.place, format!("the shares of a mixture sum to {shares}, not to 1"));
             self.out.push(d.help("<part share=\"0.3\" law=…/> for each law"));
             return None;
         }
@@ -138,7 +150,11 @@ impl Reading<'_> {
             }
         };
         let problem = if edges.len() != weights.len() + 1 {
-            format!("{} edges for {} weights: one more edge than weights is needed", edges.len(), weights.len())
+            format!(
+                "{} edges for {} weights: one more edge than weights is needed",
+                edges.len(),
+                weights.len()
+            )
         } else if edges.windows(2).any(|w| w[0] >= w[1]) || edges[0] < 0.0 {
             "the edges of a histogram ascend from 0 or above".to_string()
         } else if weights.iter().any(|w| *w < 0.0) || weights.iter().sum::<f64>() <= 0.0 {

@@ -49,7 +49,10 @@ impl Reading<'_> {
             _ => {
                 let polar = e.number("polar").unwrap_or(0.0);
                 if sheet && polar >= FRAC_PI_2 {
-                    let d = Diagnostic::error(e.place("polar"), "this light never meets the top face of the sheet");
+                    let d = Diagnostic::error(
+                        e.place("polar"),
+                        "this light never meets the top face of the sheet",
+                    );
                     self.out.push(d.help("below 90 deg"));
                 }
                 Source::Collimated {
@@ -128,7 +131,10 @@ impl Reading<'_> {
         {
             let list = self.wavelengths.iter().take(8).map(f64::to_string).collect::<Vec<_>>().join(", ");
             let d = Diagnostic::error(e.place("wavelength"), format!("the scene does not simulate {nm} nm"));
-            self.out.push(d.help(format!("it simulates {list}{} nm", if self.wavelengths.len() > 8 { " …" } else { "" })));
+            self.out.push(d.help(format!(
+                "it simulates {list}{} nm",
+                if self.wavelengths.len() > 8 { " …" } else { "" }
+            )));
         }
         Expect {
             quantity: e.text("quantity").unwrap_or_default().to_string(),

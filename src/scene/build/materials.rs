@@ -117,7 +117,8 @@ impl Reading<'_> {
         let outside: Vec<f64> = self.wavelengths.iter().copied().filter(|nm| !inside(*nm)).collect();
         let (Some(first), Some(last)) = (outside.first(), outside.last()) else { return Some(s) };
         let asked = if first == last { format!("{first} nm") } else { format!("{first} … {last} nm") };
-        let message = format!("{file}: {what} is known from {low} nm to {high} nm, the scene asks for {asked}");
+        let message =
+            format!("{file}: {what} is known from {low} nm to {high} nm, the scene asks for {asked}");
         if !clamp {
             self.out.push(
                 Diagnostic::error(place, message)
@@ -133,7 +134,9 @@ impl Reading<'_> {
             }
             None => {
                 let d = Diagnostic::error(place, message);
-                self.out.push(d.help("a dispersion formula beyond its range is no measurement: it is not clamped"));
+                self.out.push(
+                    d.help("a dispersion formula beyond its range is no measurement: it is not clamped"),
+                );
                 None
             }
         }
@@ -190,15 +193,24 @@ impl Reading<'_> {
             }
             _ => e.number("volume-fraction").unwrap_or(0.0),
         };
-        Scatterer::Mie { diameter: diameter.unwrap_or(crate::law::SizeLaw::Constant(1.0)), index, volume_fraction }
+        Scatterer::Mie {
+            diameter: diameter.unwrap_or(crate::law::SizeLaw::Constant(1.0)),
+            index,
+            volume_fraction,
+        }
     }
 
     pub fn surfaces(&mut self, e: Option<Node<'_>>) -> Vec<Surface> {
         let list: Vec<Node<'_>> = e.iter().flat_map(|e| e.children("surface")).collect();
         let ids = self.ids(&list, &["smooth"]);
         self.surfaces = std::iter::once("smooth".to_string()).chain(ids).collect();
-        let smooth =
-            Surface { id: "smooth".into(), kind: SurfaceKind::Smooth, ratio: Ratio::Fresnel, opaque: false, sap: None };
+        let smooth = Surface {
+            id: "smooth".into(),
+            kind: SurfaceKind::Smooth,
+            ratio: Ratio::Fresnel,
+            opaque: false,
+            sap: None,
+        };
         std::iter::once(smooth).chain(list.into_iter().map(|s| self.surface(s))).collect()
     }
 
@@ -227,7 +239,10 @@ impl Reading<'_> {
         };
         let sap = e.child("sap").map(|s| sap(s));
         if let (SurfaceKind::Lambertian { per_patch: true }, None) = (kind, sap) {
-            self.error(e.place("per-patch"), "equal power per patch needs patches: a <sap nside=…> in this surface");
+            self.error(
+                e.place("per-patch"),
+                "equal power per patch needs patches: a <sap nside=…> in this surface",
+            );
         }
         let id = e.text("id").unwrap_or_default().to_string();
         Surface { id, kind, ratio: ratio.unwrap_or(Ratio::Fresnel), opaque: e.yes("opaque"), sap }
@@ -286,7 +301,11 @@ fn with_nearest(d: Diagnostic, id: &str, known: &[String]) -> Diagnostic {
         Some(n) => d.label(format!("did you mean `{n}`?")),
         None => d.label("not defined"),
     };
-    if known.is_empty() { d.help("the scene defines none") } else { d.help(format!("defined: {}", known.join(", "))) }
+    if known.is_empty() {
+        d.help("the scene defines none")
+    } else {
+        d.help(format!("defined: {}", known.join(", ")))
+    }
 }
 
 /// A path's last part, for messages.

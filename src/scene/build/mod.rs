@@ -13,6 +13,7 @@ use super::diagnostic::{Diagnostic, Diagnostics, Place, SourceFile, nearest};
 use super::document::{self, Element, MAX_BYTES};
 use super::model::{Scene, Universe};
 use super::table;
+pub use check::{implied_coarseness, section_areas};
 use node::Node;
 use std::path::{Path, PathBuf};
 
@@ -259,6 +260,8 @@ fn undefined(name: &str, place: Place, defines: &[Define]) -> Diagnostic {
     let d = Diagnostic::error(place, format!("the placeholder ${{{name}}} has no value"));
     match nearest(name, names.iter().copied()) {
         Some(n) => d.label(format!("did you mean ${{{n}}}?")),
-        None => d.help(format!("add <define name=\"{name}\" value=\"…\"/> at the top of the scene, or -D {name}=…")),
+        None => d.help(format!(
+            "add <define name=\"{name}\" value=\"…\"/> at the top of the scene, or -D {name}=…"
+        )),
     }
 }

@@ -121,9 +121,15 @@ impl<'a> Node<'a> {
 
     /// Which one of `names` is given. What stands here overrides the distribution file. More than one
     /// is an error, none too if `required` says what is missing.
-    pub fn one_of(&self, r: &mut Reading<'_>, names: &[&'static str], required: Option<&str>) -> Option<&'static str> {
+    pub fn one_of(
+        &self,
+        r: &mut Reading<'_>,
+        names: &[&'static str],
+        required: Option<&str>,
+    ) -> Option<&'static str> {
         for e in [Some(self.own), self.base].into_iter().flatten() {
-            let given: Vec<&'static str> = names.iter().copied().filter(|n| e.attribute(n).is_some()).collect();
+            let given: Vec<&'static str> =
+                names.iter().copied().filter(|n| e.attribute(n).is_some()).collect();
             if let [first, second, ..] = given[..] {
                 let place = |n: &str| e.attribute(n).map_or(e.place, |a| a.name_place);
                 r.out.push(
@@ -137,7 +143,7 @@ impl<'a> Node<'a> {
                 return Some(first);
             }
         }
-        if let Some(what) = required {
+        if let (Some(what), false) = (required, self.own.misspelt.get()) {
             let list = names.iter().map(|n| format!("`{n}`")).collect::<Vec<_>>().join(", ");
             r.out.push(
                 Diagnostic::error(self.own.place, format!("<{}> needs {what}", self.own.name))
@@ -150,11 +156,14 @@ impl<'a> Node<'a> {
     /// An attribute that must be given, here or in the distribution file. The table check has told
     /// where elements without `from` lack it.
     pub fn required(&self, r: &mut Reading<'_>, name: &str) -> Option<&'a str> {
-        if !self.has(name) && self.own.attribute("from").is_some() {
+        if !self.has(name) && self.own.attribute("from").is_some() && !self.own.misspelt.get() {
             let doc = self.rule.attribute(name).map_or("", |a| a.doc);
             r.out.push(
-                Diagnostic::error(self.own.place, format!("<{}> needs the attribute `{name}`", self.own.name))
-                    .help(format!("{name}: {doc}")),
+                Diagnostic::error(
+                    self.own.place,
+                    format!("<{}> needs the attribute `{name}`", self.own.name),
+                )
+                .help(format!("{name}: {doc}")),
             );
         }
         self.text(name)
@@ -162,7 +171,7 @@ impl<'a> Node<'a> {
 
     /// The number of an attribute that must be given because of another value; `why` says of which.
     pub fn needed(&self, r: &mut Reading<'_>, name: &str, why: &str) -> Option<f64> {
-        if !self.has(name) {
+        if !self.has(name) && !self.own.misspelt.get() {
             r.out.push(
                 Diagnostic::error(self.own.place, format!("<{}> with {why} needs `{name}`", self.own.name))
                     .help(format!("{name}: {}", self.rule.attribute(name).map_or("", |a| a.doc))),

@@ -7,13 +7,19 @@ use crate::scene::model::*;
 use crate::universe::MediumId;
 
 impl Reading<'_> {
-    pub fn universe(&mut self, e: Option<Node<'_>>, materials: &[Material], surfaces: &[Surface]) -> Universe {
+    pub fn universe(
+        &mut self,
+        e: Option<Node<'_>>,
+        materials: &[Material],
+        surfaces: &[Surface],
+    ) -> Universe {
         let nothing = Universe::Synthetic(Synthetic { ambient: MediumId(0), bodies: Vec::new() });
         let Some(e) = e else { return nothing };
         match e.text("kind") {
             Some("synthetic") => self.synthetic(e, materials),
             Some("statistical") => match e.child("sheet") {
                 Some(sheet) => Universe::Statistical(self.statistical(e, sheet, materials, surfaces)),
+                None if e.own.misspelt.get() => nothing,
                 None => {
                     self.out.push(
                         Diagnostic::error(e.own.place, "a statistical universe needs a <sheet>")
@@ -43,7 +49,13 @@ impl Reading<'_> {
         MediumId(0)
     }
 
-    fn statistical(&mut self, e: Node<'_>, sheet: Node<'_>, materials: &[Material], surfaces: &[Surface]) -> StatisticalSheet {
+    fn statistical(
+        &mut self,
+        e: Node<'_>,
+        sheet: Node<'_>,
+        materials: &[Material],
+        surfaces: &[Surface],
+    ) -> StatisticalSheet {
         let _ = sheet.text("name");
         let layers: Vec<(Node<'_>, Layer)> = self.layers(sheet);
         let backing = self.backing(e, sheet);
@@ -58,7 +70,11 @@ impl Reading<'_> {
             None
         };
         let edges = if e.text("edges") == Some("cut") { Edges::Cut } else { Edges::Contained };
-        let start = if edges == Edges::Cut && e.text("start") == Some("pore") { StartIn::Pore } else { StartIn::Anywhere };
+        let start = if edges == Edges::Cut && e.text("start") == Some("pore") {
+            StartIn::Pore
+        } else {
+            StartIn::Anywhere
+        };
         let built = StatisticalSheet {
             memory,
             rate,
@@ -77,7 +93,8 @@ impl Reading<'_> {
     pub fn backing(&mut self, e: Node<'_>, sheet: Node<'_>) -> Option<f64> {
         if e.has("backing") && sheet.has("backing") {
             self.out.push(
-                Diagnostic::error(sheet.place("backing"), "`backing` is given twice").other(e.place("backing"), "first here"),
+                Diagnostic::error(sheet.place("backing"), "`backing` is given twice")
+                    .other(e.place("backing"), "first here"),
             );
         }
         e.number("backing").or_else(|| sheet.number("backing"))
@@ -97,7 +114,7 @@ impl Reading<'_> {
         let total = sheet.number("thickness");
         let mut rest = 1.0;
         match (total, open.as_slice()) {
-            (None, [i, ..]) if !sheet.has("thickness") => {
+            (None, [i, ..]) if !sheet.has("thickness") && !sheet.own.misspelt.get() => {
                 let d = Diagnostic::error(layers[*i].own.place, "the thickness of this layer is not known");
                 self.out.push(d.help("give `thickness` here or on <sheet>"));
             }
@@ -107,11 +124,15 @@ impl Reading<'_> {
             }
             (Some(total), [_]) if total > known => rest = total - known,
             (Some(total), [_]) => {
-                let message = format!("the other layers take {known} um of {total} um: nothing is left for one layer");
+                let message =
+                    format!("the other layers take {known} um of {total} um: nothing is left for one layer");
                 self.error(sheet.place("thickness"), message);
             }
             (Some(total), []) if (total - known).abs() > 1e-9 * total && own.iter().all(Option::is_some) => {
-                self.error(sheet.place("thickness"), format!("the layers sum to {known} um, the sheet is {total} um thick"));
+                self.error(
+                    sheet.place("thickness"),
+                    format!("the layers sum to {known} um, the sheet is {total} um thick"),
+                );
             }
             _ => {}
         }
@@ -128,12 +149,13 @@ impl Reading<'_> {
             // Where every layer has its own the sheet's is a default that nobody takes: no fault.
             let _ = sheet.text("pore");
         }
-        if pore.is_none() && !sheet.has("pore") {
+        if pore.is_none() && !sheet.has("pore") && !sheet.own.misspelt.get() && !e.own.misspelt.get() {
             let d = Diagnostic::error(e.own.place, "the medium of this layer is not known");
             self.out.push(d.help("give `pore` here or on <sheet>, or `material` for a homogeneous layer"));
         }
         let pore = pore.unwrap_or(MediumId(0));
-        let bodies: Vec<Node<'_>> = e.all_children().filter(|c| matches!(c.own.name.as_str(), "fibres" | "particles")).collect();
+        let bodies: Vec<Node<'_>> =
+            e.all_children().filter(|c| matches!(c.own.name.as_str(), "fibres" | "particles")).collect();
         if let (true, Some(first)) = (e.has("material"), bodies.first()) {
             self.out.push(
                 Diagnostic::error(first.own.place, "a layer with `material` is homogeneous")
@@ -161,8 +183,11 @@ impl Reading<'_> {
         let length = self.size(e, "length", 1.0, 1.0, None);
         if length.is_none() && e.own.attribute("number-density").is_some() {
             self.out.push(
-                Diagnostic::error(e.place("number-density"), "a number density of fibres needs their `length`")
-                    .help("or give length-density, grammage or volume-fraction"),
+                Diagnostic::error(
+                    e.place("number-density"),
+                    "a number density of fibres needs their `length`",
+                )
+                .help("or give length-density, grammage or volume-fraction"),
             );
         }
         let shape = Shape::Fibre {
@@ -189,7 +214,13 @@ impl Reading<'_> {
         self.component(e, shape, pore, &["grammage", "number-density", "volume-fraction"])
     }
 
-    fn component(&mut self, e: Node<'_>, shape: Shape, lumen: MediumId, amounts: &[&'static str]) -> Component {
+    fn component(
+        &mut self,
+        e: Node<'_>,
+        shape: Shape,
+        lumen: MediumId,
+        amounts: &[&'static str],
+    ) -> Component {
         let _ = e.required(self, "material");
         let material = self.material(e, "material").unwrap_or(MediumId(0));
         let (azimuth, isotropic) = self.orientation(e);

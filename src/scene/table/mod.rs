@@ -90,8 +90,14 @@ impl Range {
                 q.show(x)
             }
         };
-        let low = self.min.is_finite().then(|| format!("{} {}", if self.above { ">" } else { "≥" }, show(self.min)));
-        let high = self.max.is_finite().then(|| format!("{} {}", if self.below { "<" } else { "≤" }, show(self.max)));
+        let low = self
+            .min
+            .is_finite()
+            .then(|| format!("{} {}", if self.above { ">" } else { "≥" }, show(self.min)));
+        let high = self
+            .max
+            .is_finite()
+            .then(|| format!("{} {}", if self.below { "<" } else { "≤" }, show(self.max)));
         match (low, high) {
             (Some(l), Some(h)) => Some(format!("{l} and {h}")),
             (l, h) => l.or(h),
@@ -177,10 +183,13 @@ pub fn rule(key: &str) -> &'static Rule {
 /// Checks an element and all below it against the table: names, repetition, presence, kind and range of
 /// every value. `partial`: required attributes may be missing (they may come from a distribution file).
 pub fn check(e: &Element, rule: &Rule, partial: bool, out: &mut Diagnostics) {
-    let partial = partial || e.attribute("from").is_some() && rule.attribute("from").is_some_and(|a| matches!(a.kind, Kind::File));
+    let partial = partial
+        || e.attribute("from").is_some()
+            && rule.attribute("from").is_some_and(|a| matches!(a.kind, Kind::File));
     check_attributes(e, rule, partial, out);
     for (i, c) in e.children.iter().enumerate() {
         let Some((child, child_rule)) = rule.child(&c.name) else {
+            e.misspelt.set(true);
             out.push(unknown_element(c, e, rule));
             continue;
         };
@@ -195,7 +204,7 @@ pub fn check(e: &Element, rule: &Rule, partial: bool, out: &mut Diagnostics) {
         }
         check(c, child_rule, partial, out);
     }
-    for child in rule.children.iter().filter(|c| c.required && !partial) {
+    for child in rule.children.iter().filter(|c| c.required && !partial && !e.misspelt.get()) {
         let name = self::rule(child.key).name();
         if !e.children.iter().any(|c| c.name == name) {
             out.push(
@@ -217,16 +226,21 @@ fn check_attributes(e: &Element, rule: &Rule, partial: bool, out: &mut Diagnosti
         }
         match rule.attribute(&a.name) {
             Some(known) => {
-                if !a.broken && let Some(d) = check_value(a, known) {
+                if !a.broken
+                    && let Some(d) = check_value(a, known)
+                {
                     out.push(d);
                 }
             }
             None if is_xml_housekeeping(&a.name) => a.used.set(true),
-            None => out.push(unknown_attribute(a, e, rule)),
+            None => {
+                e.misspelt.set(true);
+                out.push(unknown_attribute(a, e, rule));
+            }
         }
     }
     for known in rule.all().filter(|a| matches!(a.presence, Presence::Required)) {
-        if !partial && e.attribute(known.name).is_none() {
+        if !partial && !e.misspelt.get() && e.attribute(known.name).is_none() {
             out.push(
                 Diagnostic::error(e.place, format!("<{}> needs the attribute `{}`", e.name, known.name))
                     .help(format!("{}: {}", known.name, known.doc)),

@@ -43,7 +43,11 @@ fn type_name(key: &str) -> String {
 fn complex_type(name: &str, rules: &[&Rule]) -> String {
     let mut s = format!("  <xs:complexType name=\"{name}\">\n");
     let docs: Vec<&str> = rules.iter().map(|r| r.doc).collect();
-    let _ = writeln!(s, "    <xs:annotation><xs:documentation>{}</xs:documentation></xs:annotation>", escape(&docs.join(" ")));
+    let _ = writeln!(
+        s,
+        "    <xs:annotation><xs:documentation>{}</xs:documentation></xs:annotation>",
+        escape(&docs.join(" "))
+    );
     let mut children: Vec<(&str, Vec<&str>)> = Vec::new();
     for child in rules.iter().flat_map(|r| r.children) {
         let element = super::rule(child.key).name();
@@ -62,7 +66,8 @@ fn complex_type(name: &str, rules: &[&Rule]) -> String {
         s += "    </xs:choice>\n";
     }
     // A distribution file may give what the table requires: only `from`-less elements require it here.
-    let strict = rules.len() == 1 && !rules[0].all().any(|a| a.name == "from" && matches!(a.kind, Kind::File));
+    let strict =
+        rules.len() == 1 && !rules[0].all().any(|a| a.name == "from" && matches!(a.kind, Kind::File));
     let mut seen: Vec<&str> = Vec::new();
     for a in rules.iter().flat_map(|r| r.all()) {
         if !seen.contains(&a.name) {
@@ -80,18 +85,31 @@ fn attribute(a: &AttributeRule, strict: bool) -> String {
     if let Presence::Default(d) = a.presence {
         doc += &format!(" Default: {d}.");
     }
-    let _ = writeln!(s, "      <xs:annotation><xs:documentation>{}</xs:documentation></xs:annotation>", escape(&doc));
+    let _ = writeln!(
+        s,
+        "      <xs:annotation><xs:documentation>{}</xs:documentation></xs:annotation>",
+        escape(&doc)
+    );
     s += "      <xs:simpleType><xs:restriction base=\"xs:string\">";
     if let Some(pattern) = pattern(a.kind) {
         // Several patterns of one restriction are alternatives.
-        let _ = write!(s, "<xs:pattern value=\"{}\"/><xs:pattern value=\"{}\"/>", escape(&pattern), escape(PLACEHOLDER));
+        let _ = write!(
+            s,
+            "<xs:pattern value=\"{}\"/><xs:pattern value=\"{}\"/>",
+            escape(&pattern),
+            escape(PLACEHOLDER)
+        );
     }
     s + "</xs:restriction></xs:simpleType>\n    </xs:attribute>\n"
 }
 
 fn pattern(kind: Kind) -> Option<String> {
     let unit = |q: Quantity| {
-        let known: Vec<String> = q.units().iter().map(|u| u.replace("um", "[uµμ]m").replace("2", "[2²]").replace("3", "[3³]")).collect();
+        let known: Vec<String> = q
+            .units()
+            .iter()
+            .map(|u| u.replace("um", "[uµμ]m").replace("2", "[2²]").replace("3", "[3³]"))
+            .collect();
         match (known.is_empty(), q.has_unit()) {
             (true, _) => String::new(),
             (false, true) => format!(r"\s*({})", known.join("|").replace("deg", "deg|°")),
@@ -101,7 +119,9 @@ fn pattern(kind: Kind) -> Option<String> {
     Some(match kind {
         Kind::Number(q) => format!(r"\s*{NUMBER}{}\s*", unit(q)),
         Kind::NumberOr(q, words) => format!(r"\s*({NUMBER}{}|{})\s*", unit(q), words.join("|")),
-        Kind::List(q, _) if q.has_unit() => format!(r"\s*{NUMBER}([\s,;]*({NUMBER}|{}))*\s*", unit(q).replacen(r"\s*", "", 1)),
+        Kind::List(q, _) if q.has_unit() => {
+            format!(r"\s*{NUMBER}([\s,;]*({NUMBER}|{}))*\s*", unit(q).replacen(r"\s*", "", 1))
+        }
         Kind::List(..) => format!(r"\s*{NUMBER}%?([\s,;]+{NUMBER}\s*%?)*\s*"),
         Kind::Choice(words) => words.join("|"),
         Kind::Integer => r"\s*[+\-]?\d+\s*".into(),
@@ -155,7 +175,13 @@ pub fn markdown() -> String {
                 Presence::Optional => String::new(),
                 Presence::Default(d) => format!("`{d}`"),
             };
-            let _ = writeln!(s, "| `{}` | {} | {presence} | {} |", a.name, kind_text(a), a.doc.replace('|', "\\|"));
+            let _ = writeln!(
+                s,
+                "| `{}` | {} | {presence} | {} |",
+                a.name,
+                kind_text(a),
+                a.doc.replace('|', "\\|")
+            );
         }
     }
     s
