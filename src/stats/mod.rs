@@ -1,1 +1,12 @@
-//! Statistics.
+//! Statistics of a run: moments of scores, confidence intervals, jackknife, ordered sums, and the
+//! goodness-of-fit tests that hold every sampler to its density.
+
+mod fit;
+mod fold;
+mod jackknife;
+mod moments;
+
+pub use fit::{chi_square_p, chi_square_pooled, ks_p_value, sidak};
+pub use fold::{Fold, Merge, Node};
+pub use jackknife::jackknife;
+pub use moments::{Moments, Status, interval95, status, upper_bound95};
