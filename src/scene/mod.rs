@@ -1,5 +1,12 @@
 //! Scenes: the document as written, the checked scene, the plan.
 
+pub mod adapters;
+mod build;
+pub mod diagnostic;
+pub mod document;
 pub mod model;
+pub mod table;
 
+pub use build::{Options, implied_coarseness, read, read_text, section_areas};
+pub use diagnostic::Diagnostics;
 pub use model::*;

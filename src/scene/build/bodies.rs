@@ -1,0 +1,159 @@
+//! The synthetic universe: explicit bodies.
+
+use super::{Node, Reading};
+use crate::math::{DVec3, Frame};
+use crate::scene::diagnostic::Diagnostic;
+use crate::scene::model::*;
+use crate::universe::MediumId;
+
+impl Reading<'_> {
+    pub fn synthetic(&mut self, e: Node<'_>, materials: &[Material]) -> Universe {
+        let ambient = self.outside(e);
+        let mut bodies = Vec::new();
+        for c in e.all_children() {
+            if c.own.name == "sheet" {
+                bodies.extend(self.slabs(e, c));
+            } else if let Some(geometry) = self.geometry(c, ambient) {
+                let body = self.body(c, geometry, bodies.len());
+                self.check_optical_size(c.own.place, &body, ambient, materials);
+                bodies.push(body);
+            }
+        }
+        if bodies.is_empty() {
+            let d = Diagnostic::error(e.own.place, "the universe is empty");
+            self.out
+                .push(d.help("add a primitive (sphere, ellipsoid, cylinder, box, plane, slab) or a <sheet>"));
+        }
+        Universe::Synthetic(Synthetic { ambient, bodies })
+    }
+
+    fn body(&mut self, e: Node<'_>, geometry: Geometry, number: usize) -> Body {
+        let name = e.text("name").map_or_else(|| format!("{} {}", e.own.name, number + 1), str::to_string);
+        Body {
+            name,
+            geometry,
+            material: self.material(e, "material").unwrap_or(MediumId(0)),
+            surface: self.surface_id(e, "surface"),
+            priority: e.text("priority").and_then(|p| p.parse().ok()).unwrap_or(0),
+        }
+    }
+
+    /// The homogeneous layers of a sheet, from z = thickness down to z = 0.
+    fn slabs(&mut self, universe: Node<'_>, sheet: Node<'_>) -> Vec<Body> {
+        if self.backing(universe, sheet).is_some() {
+            let d = Diagnostic::error(sheet.place("backing"), "a synthetic universe has no backing");
+            self.out.push(
+                d.help("put a <slab> with an opaque Lambertian surface below, or use kind=\"statistical\""),
+            );
+        }
+        let _ = sheet.text("name");
+        let layers = self.layers(sheet);
+        let mut top: f64 = layers.iter().map(|l| l.1.thickness).sum();
+        let count = layers.len();
+        let mut bodies = Vec::new();
+        for (i, (node, layer)) in layers.into_iter().enumerate() {
+            if !layer.components.is_empty() {
+                let d = Diagnostic::error(
+                    node.own.place,
+                    "a sheet in a synthetic universe has homogeneous layers only",
+                );
+                self.out.push(d.help("bodies known by statistics belong to kind=\"statistical\""));
+            }
+            let z_max = top;
+            top = if i + 1 == count { 0.0 } else { top - layer.thickness };
+            bodies.push(Body {
+                name: node.text("name").map_or_else(|| format!("layer {}", i + 1), str::to_string),
+                geometry: Geometry::Slab { z_min: top, z_max },
+                material: layer.pore,
+                surface: layer.surface,
+                priority: 0,
+            });
+        }
+        bodies
+    }
+
+    fn geometry(&mut self, e: Node<'_>, ambient: MediumId) -> Option<Geometry> {
+        match e.own.name.as_str() {
+            "sphere" => Some(Geometry::Sphere { centre: e.vector("centre")?, radius: e.number("radius")? }),
+            "ellipsoid" => {
+                let half_axes = e.vector("half-axes");
+                let (axis, major) = self.frame(e, DVec3::Z)?;
+                Some(Geometry::Ellipsoid { centre: e.vector("centre")?, half_axes: half_axes?, axis, major })
+            }
+            "cylinder" => self.cylinder(e, ambient),
+            "box" => {
+                let (min, max) = (e.vector("min")?, e.vector("max")?);
+                if min.cmpge(max).any() {
+                    self.error(e.place("max"), "every coordinate of `max` must be above that of `min`");
+                }
+                Some(Geometry::Box { min, max })
+            }
+            "plane" => {
+                let point = e.vector("point");
+                let normal = self.direction(e, "normal", DVec3::Z)?;
+                Some(Geometry::Plane { point: point?, normal })
+            }
+            _ => {
+                let (z_min, z_max) = (e.number("z-min")?, e.number("z-max")?);
+                if z_min >= z_max {
+                    self.error(e.place("z-max"), "`z-max` must be above `z-min`");
+                }
+                Some(Geometry::Slab { z_min, z_max })
+            }
+        }
+    }
+
+    fn cylinder(&mut self, e: Node<'_>, ambient: MediumId) -> Option<Geometry> {
+        let centre = e.vector("centre");
+        let half_length = e.number("length").map(|l| 0.5 * l);
+        let frame = self.frame(e, DVec3::X);
+        let (a, b) = match e.one_of(self, &["radius", "half-axes"], Some("a section"))? {
+            "radius" => {
+                let r = e.number("radius")?;
+                (r, r)
+            }
+            _ => {
+                let v = e.list("half-axes").filter(|v| v.len() == 2)?;
+                (v[0], v[1])
+            }
+        };
+        let lumen = match e.number("wall") {
+            Some(t) if t < a.min(b) => Some(((a - t, b - t), self.material(e, "lumen").unwrap_or(ambient))),
+            Some(t) => {
+                let d = Diagnostic::error(e.place("wall"), format!("a wall of {t} um leaves no lumen"));
+                self.out.push(d.help(format!("below {} um, or without `wall`: solid", a.min(b))));
+                None
+            }
+            None => None,
+        };
+        let (axis, major) = frame?;
+        Some(Geometry::Cylinder { centre: centre?, axis, major, half_axes: (a, b), half_length, lumen })
+    }
+
+    /// A direction made unit.
+    fn direction(&mut self, e: Node<'_>, name: &str, default: DVec3) -> Option<DVec3> {
+        if e.text(name).is_none() {
+            return Some(default);
+        }
+        let v = e.vector(name)?;
+        let largest = v.abs().max_element();
+        if largest == 0.0 {
+            self.error(e.place(name), "a direction of length zero");
+            return None;
+        }
+        Some((v / largest).normalize())
+    }
+
+    /// `axis` and the unit part of `major` across it; without `major` the horizontal direction across
+    /// the axis (x for a vertical axis).
+    fn frame(&mut self, e: Node<'_>, default: DVec3) -> Option<(DVec3, DVec3)> {
+        let axis = self.direction(e, "axis", default)?;
+        let horizontal = if axis.x.abs() + axis.y.abs() < 1e-12 { DVec3::X } else { DVec3::Z.cross(axis) };
+        let major = self.direction(e, "major", horizontal)?;
+        if axis.cross(major).length_squared() < 1e-12 {
+            self.error(e.place("major"), "`major` is parallel to `axis`");
+            return None;
+        }
+        Some((axis, Frame::with_x_toward(axis, major).x))
+    }
+}

@@ -1,0 +1,147 @@
+//! Light, what is measured, and how it is run.
+
+use super::{Node, Reading};
+use crate::math::FRAC_PI_2;
+use crate::scene::diagnostic::Diagnostic;
+use crate::scene::model::*;
+
+impl Reading<'_> {
+    /// Wavelengths, nm, ascending.
+    pub fn spectrum(&mut self, e: Option<Node<'_>>) -> Vec<f64> {
+        let found = e.and_then(|e| self.wavelengths(e));
+        found.filter(|w| !w.is_empty()).unwrap_or_else(|| vec![550.0])
+    }
+
+    fn wavelengths(&mut self, e: Node<'_>) -> Option<Vec<f64>> {
+        match e.one_of(self, &["at", "from"], Some("wavelengths"))? {
+            "at" => {
+                let mut list = e.list("at")?;
+                list.sort_by(f64::total_cmp);
+                if let Some(twice) = list.windows(2).find(|w| w[0] == w[1]) {
+                    self.error(e.place("at"), format!("{} nm is given twice", twice[0]));
+                }
+                Some(list)
+            }
+            _ => {
+                let mut n = |name| e.needed(self, name, "`from`");
+                let (to, step) = (n("to"), n("step"));
+                let (from, to, step) = (e.number("from")?, to?, step?);
+                if to < from {
+                    self.error(e.place("to"), format!("`to` is below `from` ({from} nm)"));
+                    return None;
+                }
+                let count = (to - from) / step * (1.0 + 1e-12) + 1e-9;
+                if count > 1e5 {
+                    self.error(e.place("step"), "more than 100000 wavelengths");
+                    return None;
+                }
+                Some((0..=count as u64).map(|i| from + i as f64 * step).collect())
+            }
+        }
+    }
+
+    pub fn source(&mut self, e: Option<Node<'_>>, sheet: bool) -> Source {
+        let normal = Source::Collimated { polar: 0.0, azimuth: 0.0, radius: 0.0 };
+        let Some(e) = e else { return normal };
+        match e.text("kind") {
+            Some("diffuse") => Source::Diffuse { trap: e.number("trap").unwrap_or(0.0) },
+            Some("point") => self.point(e).unwrap_or(normal),
+            _ => {
+                let polar = e.number("polar").unwrap_or(0.0);
+                if sheet && polar >= FRAC_PI_2 {
+                    let d = Diagnostic::error(
+                        e.place("polar"),
+                        "this light never meets the top face of the sheet",
+                    );
+                    self.out.push(d.help("below 90 deg"));
+                }
+                Source::Collimated {
+                    polar,
+                    azimuth: e.number("azimuth").unwrap_or(0.0),
+                    radius: e.number("radius").unwrap_or(0.0),
+                }
+            }
+        }
+    }
+
+    fn point(&mut self, e: Node<'_>) -> Option<Source> {
+        if !e.has("position") {
+            self.error(e.own.place, "<source> with kind `point` needs `position`");
+        }
+        let half_angle = e.number("half-angle");
+        let target = e.vector("target");
+        let (position, target) = (e.vector("position")?, target?);
+        if position == target {
+            self.error(e.place("position"), "`position` and `target` are the same point");
+        }
+        Some(Source::Point { position, target, half_angle: half_angle? })
+    }
+
+    pub fn detect(&mut self, e: Option<Node<'_>>) -> Detect {
+        let Some(e) = e else { return Detect::default() };
+        let _ = e.text("total");
+        Detect {
+            angular: e.nside("angular"),
+            depth: e.count("depth").and_then(|n| u32::try_from(n).ok()),
+            checkpoint: e.number("checkpoint"),
+            path: e.yes("path"),
+        }
+    }
+
+    pub fn optics(&mut self, e: Node<'_>) -> PaperOptics {
+        let total = e.text("geometry") == Some("total");
+        PaperOptics {
+            geometry: if total { OpticsGeometry::Total } else { OpticsGeometry::DiffuseNormal },
+            view: if total { FRAC_PI_2 } else { e.number("view").unwrap_or(0.0) },
+            pile: e.count("pile").and_then(|n| u32::try_from(n).ok()).unwrap_or(1),
+            grammage: e.number("grammage"),
+        }
+    }
+
+    pub fn run(&mut self, e: Option<Node<'_>>) -> Run {
+        let standard = Run {
+            histories: 100_000,
+            seed: 20_261_122,
+            branching: Branching::Sample,
+            roulette: 1e-3,
+            event_cap: 1_000_000,
+            implicit_capture: true,
+        };
+        let Some(e) = e else { return standard };
+        Run {
+            histories: e.count("histories").unwrap_or(standard.histories),
+            seed: e.count("seed").unwrap_or(standard.seed),
+            branching: match e.text("branching") {
+                Some("split") => Branching::Split {
+                    nside: e.nside("split-nside").unwrap_or(2),
+                    floor: e.number("floor").unwrap_or(1e-3),
+                },
+                _ => Branching::Sample,
+            },
+            roulette: e.number("roulette").unwrap_or(standard.roulette),
+            event_cap: e.count("event-cap").unwrap_or(standard.event_cap),
+            implicit_capture: e.text("absorption") != Some("analog"),
+        }
+    }
+
+    pub fn expect(&mut self, e: Node<'_>) -> Expect {
+        let wavelength = e.number("wavelength");
+        if let Some(nm) = wavelength
+            && !self.wavelengths.iter().any(|w| (w - nm).abs() < 1e-9 * nm)
+        {
+            let list = self.wavelengths.iter().take(8).map(f64::to_string).collect::<Vec<_>>().join(", ");
+            let d = Diagnostic::error(e.place("wavelength"), format!("the scene does not simulate {nm} nm"));
+            self.out.push(d.help(format!(
+                "it simulates {list}{} nm",
+                if self.wavelengths.len() > 8 { " …" } else { "" }
+            )));
+        }
+        Expect {
+            quantity: e.text("quantity").unwrap_or_default().to_string(),
+            wavelength,
+            value: e.number("value").unwrap_or(0.0),
+            error: e.number("error").unwrap_or(0.0),
+            source: e.text("source").unwrap_or_default().to_string(),
+        }
+    }
+}

@@ -1,0 +1,267 @@
+//! Document → [`Scene`]: placeholders, table checks, references, files, consistency.
+
+mod bodies;
+mod check;
+mod files;
+mod law;
+mod light;
+mod materials;
+mod node;
+mod sheet;
+
+use super::diagnostic::{Diagnostic, Diagnostics, Place, SourceFile, nearest};
+use super::document::{self, Element, MAX_BYTES};
+use super::model::{Scene, Universe};
+use super::table;
+pub use check::{implied_coarseness, section_areas};
+use node::Node;
+use std::path::{Path, PathBuf};
+
+/// How a scene is read.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// Files outside the scene's folder tree may be read.
+    pub allow_outside: bool,
+    /// Values of placeholders from the command line, `-D name=value`; they override `<define>`.
+    pub defines: Vec<(String, String)>,
+}
+
+/// A placeholder's value and who asked for it.
+struct Define {
+    name: String,
+    value: String,
+    /// Place of its `<define>`; None: given on the command line only.
+    place: Option<Place>,
+    overridden: bool,
+    used: bool,
+}
+
+/// State of one reading: everything found so far.
+struct Reading<'o> {
+    out: Diagnostics,
+    options: &'o Options,
+    /// Folders that files may come from, absolute.
+    roots: Vec<PathBuf>,
+    files: Vec<(PathBuf, u64)>,
+    defines: Vec<Define>,
+    wavelengths: Vec<f64>,
+    materials: Vec<String>,
+    surfaces: Vec<String>,
+}
+
+/// Reads a scene file.
+///
+/// # Errors
+/// All errors of the file, each with its place; also where the file cannot be read.
+pub fn read(path: &Path, options: &Options) -> Result<Scene, Diagnostics> {
+    match files::load(path) {
+        Ok(text) => read_text(&text, path, options),
+        Err(why) => {
+            let mut out = Diagnostics::default();
+            out.push(Diagnostic::nowhere(format!("{}: {why}", path.display())));
+            Err(out)
+        }
+    }
+}
+
+/// Reads a scene from text; `path` is where it stands (or would stand): file names in it are relative
+/// to its folder.
+///
+/// # Errors
+/// All errors of the text, each with its place.
+pub fn read_text(text: &str, path: &Path, options: &Options) -> Result<Scene, Diagnostics> {
+    let mut r = Reading::new(text, path, options);
+    if text.len() as u64 > MAX_BYTES {
+        r.out.push(Diagnostic::nowhere(format!("{}: {}", path.display(), files::TOO_LARGE)));
+        return Err(r.out);
+    }
+    let mut root = match document::parse(text, 0) {
+        Ok(root) => root,
+        Err(d) => {
+            r.out.push(*d);
+            return Err(r.out);
+        }
+    };
+    let rule = table::rule("scene");
+    if root.name != rule.name() {
+        let d = Diagnostic::error(root.place, format!("the root element is <{}>", root.name));
+        r.out.push(d.help("a scene begins with <scene name=\"…\" version=\"1\">"));
+        return Err(r.out);
+    }
+    r.collect_defines(&root);
+    r.expand(&mut root);
+    table::check(&root, rule, false, &mut r.out);
+    let scene = r.scene(Node::new(&root, rule));
+    r.unused_defines();
+    if r.out.error_count() == 0 {
+        r.unused(&root);
+    }
+    if r.out.error_count() > 0 {
+        return Err(r.out);
+    }
+    let warnings = r.out.warnings().map(|d| r.out.render_one(d, false)).collect();
+    Ok(Scene { path: path.to_path_buf(), warnings, files: r.files, ..scene })
+}
+
+impl<'o> Reading<'o> {
+    fn new(text: &str, path: &Path, options: &'o Options) -> Self {
+        let mut out = Diagnostics::default();
+        out.files.push(SourceFile { path: path.to_path_buf(), text: text.to_string() });
+        Reading {
+            out,
+            options,
+            roots: files::roots(path),
+            files: vec![(path.to_path_buf(), files::fnv(text.as_bytes()))],
+            defines: Vec::new(),
+            wavelengths: Vec::new(),
+            materials: Vec::new(),
+            surfaces: Vec::new(),
+        }
+    }
+
+    fn error(&mut self, place: Place, message: impl Into<String>) {
+        self.out.push(Diagnostic::error(place, message));
+    }
+
+    /// The parts in the order in which they need each other. After an error the rest is still read
+    /// with stand-in values, so that all errors of a file come at once; the scene is then refused.
+    fn scene(&mut self, root: Node<'_>) -> Scene {
+        root.children("define").for_each(|d| d.use_all());
+        let _ = root.text("version");
+        self.wavelengths = self.spectrum(root.child("spectrum"));
+        let materials = self.materials(root.child("materials"));
+        let surfaces = self.surfaces(root.child("surfaces"));
+        let universe = self.universe(root.child("universe"), &materials, &surfaces);
+        let source = self.source(root.child("source"), matches!(universe, Universe::Statistical(_)));
+        Scene {
+            name: root.text("name").unwrap_or_default().to_string(),
+            path: PathBuf::new(),
+            materials,
+            surfaces,
+            universe,
+            source,
+            wavelengths: self.wavelengths.clone(),
+            detect: self.detect(root.child("detect")),
+            optics: root.child("optics").map(|o| self.optics(o)),
+            run: self.run(root.child("run")),
+            expects: root.children("expect").map(|e| self.expect(e)).collect(),
+            warnings: Vec::new(),
+            files: Vec::new(),
+        }
+    }
+
+    fn collect_defines(&mut self, root: &Element) {
+        for e in root.children.iter().filter(|c| c.name == "define") {
+            let (Some(name), Some(value)) = (e.attribute("name"), e.attribute("value")) else { continue };
+            if let Some(first) = self.defines.iter().find(|d| d.name == name.value) {
+                let mut d = Diagnostic::error(name.value_place, format!("`{}` is defined twice", name.value));
+                d.other = first.place.map(|p| (p, "first here".into()));
+                self.out.push(d);
+                continue;
+            }
+            self.defines.push(Define {
+                name: name.value.clone(),
+                value: value.value.clone(),
+                place: Some(name.value_place),
+                overridden: false,
+                used: false,
+            });
+        }
+        for (name, value) in &self.options.defines {
+            match self.defines.iter_mut().find(|d| d.name == *name) {
+                Some(d) => (d.value, d.overridden) = (value.clone(), true),
+                None => self.defines.push(Define {
+                    name: name.clone(),
+                    value: value.clone(),
+                    place: None,
+                    overridden: true,
+                    used: false,
+                }),
+            }
+        }
+    }
+
+    /// Fills the placeholders in all attribute values below `e`.
+    fn expand(&mut self, e: &mut Element) {
+        for a in e.attributes.iter_mut().filter(|a| a.value.contains("${")) {
+            let mut value = String::new();
+            let mut rest = a.value.as_str();
+            while let Some((before, tail)) = rest.split_once("${") {
+                value += before;
+                let (name, after) = match tail.split_once('}') {
+                    Some((name, after)) => (name, after),
+                    None => {
+                        a.broken = true;
+                        let d = Diagnostic::error(a.value_place, "a placeholder without `}`");
+                        self.out.push(d.help("placeholders are written ${name}"));
+                        (tail, "")
+                    }
+                };
+                match self.defines.iter_mut().find(|d| d.name == name) {
+                    Some(d) => {
+                        d.used = true;
+                        value += &d.value;
+                    }
+                    None if a.broken => {}
+                    None => {
+                        a.broken = true;
+                        self.out.push(undefined(name, a.value_place, &self.defines));
+                    }
+                }
+                rest = after;
+            }
+            a.value = value + rest;
+        }
+        for child in &mut e.children {
+            self.expand(child);
+        }
+    }
+
+    /// A `-D` that nothing asks for is a mistyped name; a `<define>` likewise.
+    fn unused_defines(&mut self) {
+        for d in self.defines.iter().filter(|d| !d.used) {
+            let names = self.defines.iter().filter(|o| o.name != d.name).map(|o| o.name.as_str());
+            let message = format!("no attribute asks for ${{{}}}", d.name);
+            let mut diagnostic = match d.place {
+                Some(place) => Diagnostic::error(place, message),
+                None => Diagnostic::nowhere(format!("-D {}={}: {message}", d.name, d.value)),
+            };
+            if let Some(n) = nearest(&d.name, names) {
+                diagnostic = diagnostic.help(format!("did you mean `{n}`?"));
+            }
+            self.out.push(diagnostic);
+        }
+    }
+
+    /// Attributes and elements that are known but that nothing asked for: they would have no effect.
+    fn unused(&mut self, e: &Element) {
+        for a in e.attributes.iter().filter(|a| !a.used.get()) {
+            let d = Diagnostic::error(a.name_place, format!("attribute `{}` has no effect here", a.name));
+            let doc = table::RULES.iter().filter(|r| r.name() == e.name).find_map(|r| r.attribute(&a.name));
+            self.out.push(match doc {
+                Some(rule) => d.label("not used").help(format!("{}: {}", a.name, rule.doc)),
+                None => d.label("not used"),
+            });
+        }
+        for c in &e.children {
+            if c.used.get() {
+                self.unused(c);
+            } else {
+                self.out.push(
+                    Diagnostic::error(c.place, format!("<{}> has no effect here", c.name)).label("not used"),
+                );
+            }
+        }
+    }
+}
+
+fn undefined(name: &str, place: Place, defines: &[Define]) -> Diagnostic {
+    let names: Vec<&str> = defines.iter().map(|d| d.name.as_str()).collect();
+    let d = Diagnostic::error(place, format!("the placeholder ${{{name}}} has no value"));
+    match nearest(name, names.iter().copied()) {
+        Some(n) => d.label(format!("did you mean ${{{n}}}?")),
+        None => d.help(format!(
+            "add <define name=\"{name}\" value=\"…\"/> at the top of the scene, or -D {name}=…"
+        )),
+    }
+}
