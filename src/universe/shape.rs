@@ -72,6 +72,13 @@ fn not_before(t: f64) -> f64 {
     if t > 0.0 { t } else { 0.0 }
 }
 
+/// Whether a point where the form q·q takes the value `qq` lies in the unit ball; on its surface, if
+/// it moves inwards (`od` = q·e < 0).
+#[inline]
+fn starts_in_ball(qq: f64, od: f64) -> bool {
+    qq < 1.0 || (qq == 1.0 && od < 0.0)
+}
+
 /// A convex shape in local coordinates, µm. Directions are unit vectors.
 pub trait Convex {
     /// The part of the whole line inside the shape (both roots, `t` of any sign), or `None`.
@@ -86,6 +93,9 @@ pub trait Convex {
 
     /// Whether a point lies inside or on the surface.
     fn contains(&self, point: DVec3) -> bool;
+
+    /// Whether a ray that starts at `origin` starts inside; exactly on the surface: if it goes in.
+    fn starts_inside(&self, origin: DVec3, dir: DVec3) -> bool;
 
     /// Both roots of the whole line.
     #[inline]
@@ -173,6 +183,9 @@ impl Convex for Shape {
     fn contains(&self, point: DVec3) -> bool {
         each!(self, s => s.contains(point))
     }
+    fn starts_inside(&self, origin: DVec3, dir: DVec3) -> bool {
+        each!(self, s => s.starts_inside(origin, dir))
+    }
 }
 
 impl Shape {
@@ -220,11 +233,10 @@ impl Placed {
         if self.turned { (self.frame.to_local(o), self.frame.to_local(ray.dir)) } else { (o, ray.dir) }
     }
 
-    /// [`Convex::chord`] in the world.
-    #[inline]
-    pub fn chord(&self, ray: &Ray) -> Option<Chord> {
+    /// [`Convex::starts_inside`] in the world.
+    pub fn starts_inside(&self, ray: &Ray) -> bool {
         let (o, d) = self.local(ray);
-        self.shape.chord(o, d)
+        self.shape.starts_inside(o, d)
     }
 
     /// [`Convex::way_through`] in the world.

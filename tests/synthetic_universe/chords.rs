@@ -88,7 +88,8 @@ fn worst_of(shape: &str, r: f64, stretch: f64) -> f64 {
         let l = row.f("l_over_R") * r;
         let f = row.f("CDF(chord<=l)");
         // A share of exactly 0 or 1 has no spread: one ulp of the end point is allowed.
-        let share = chords.iter().filter(|&&c| c <= l * (1.0 + 1e-12 * (2.0 * f - 1.0))).count() as f64 / LINES as f64;
+        let share = chords.iter().filter(|&&c| c <= l * (1.0 + 1e-12 * (2.0 * f - 1.0))).count() as f64
+            / LINES as f64;
         worst = worst.max((share - f).abs() / ((f * (1.0 - f) / LINES as f64).sqrt() + 1e-9));
         if shape != "slab(thickness R)" {
             let (mean, error) = mean_and_error(chords.iter().copied());
@@ -210,7 +211,9 @@ fn projections_agree_with_surfaces() {
         .map(|_| isotropic(&mut s))
         .map(|d| [c.projected_area(d).unwrap(), e.projected_area(d), b.projected_area(d)])
         .collect();
-    for (i, surface) in [c.surface_area().unwrap(), e.surface_area(), b.surface_area()].into_iter().enumerate() {
+    for (i, surface) in
+        [c.surface_area().unwrap(), e.surface_area(), b.surface_area()].into_iter().enumerate()
+    {
         let (mean, error) = mean_and_error(areas.iter().map(|a| a[i]));
         assert!((mean - surface / 4.0).abs() < Z * error, "{i}: {mean} {}", surface / 4.0);
     }

@@ -1,9 +1,9 @@
 //! Cases where a careless ray test goes wrong.
 
 use super::*;
+use lightpro::universe::Face;
 use lightpro::universe::shape::{Convex, HalfSpace};
 use lightpro::universe::synthetic::{CAPACITY, Error};
-use lightpro::universe::Face;
 
 fn media(met: &[(f64, Interface)]) -> Vec<u16> {
     met.iter().map(|(_, at)| at.beyond.0).collect()
@@ -215,8 +215,10 @@ fn starts_on_a_surface_go_where_they_look() {
     assert_eq!(media(&straight(&u, ray(pole, [0.6, 0.0, -0.8]))), [0]);
 }
 
-/// A mirrored ray inside a sphere keeps its angle and its distance from the surface for a million
-/// reflections, near grazing too.
+/// A mirrored ray inside a sphere stays there, on the surface, for a million reflections, grazing
+/// too. Positions are rounded to ε: an angle θ gathers noise ε/θ per reflection, and below θ = √ε,
+/// where the arc rises above its chord by less than an ulp, rounding carries the point along the
+/// tangent (off by x²/2 after a way x of at most 2·10⁶ θ); the state holds it inside all the same.
 #[test]
 fn whispering_rays_stay() {
     let u = universe(vec![part(sphere(DVec3::ZERO, 1.0), 1, 0)]);
@@ -226,7 +228,9 @@ fn whispering_rays_stay() {
         let mut place = u.enter(&r, &mut (), s).place;
         let (mut drift, mut angle) = (0.0_f64, 0.0_f64);
         for _ in 0..1_000_000 {
-            let Next::Interface(at) = u.next(&r, &mut place, &mut (), f64::INFINITY, s) else { panic!("lost") };
+            let Next::Interface(at) = u.next(&r, &mut place, &mut (), f64::INFINITY, s) else {
+                panic!("lost")
+            };
             let cos = -r.dir.dot(at.normal);
             assert!(cos >= 0.0 && at.beyond == AIR);
             r.origin = r.at(at.distance);
@@ -236,7 +240,11 @@ fn whispering_rays_stay() {
             angle = angle.max((cos / grazing.sin() - 1.0).abs());
         }
         println!("grazing {grazing}: off the surface {drift:.1e}, angle off by {angle:.1e} relative");
-        assert!(drift < 1e-12);
+        if grazing > f64::EPSILON.sqrt() {
+            assert!(drift < 1e-15 && angle < 1e3 * f64::EPSILON / (grazing * grazing) + 1e-9);
+        } else {
+            assert!(drift < 0.5 * (2e6 * grazing).powi(2));
+        }
     }
 }
 
@@ -272,7 +280,8 @@ fn half_spaces_and_edges() {
 
 #[test]
 fn too_deep_is_lost_not_wrong() {
-    let balls = |n: usize| universe((0..n).map(|i| part(sphere(DVec3::ZERO, 1.0 + i as f64), 1, 0)).rev().collect());
+    let balls =
+        |n: usize| universe((0..n).map(|i| part(sphere(DVec3::ZERO, 1.0 + i as f64), 1, 0)).rev().collect());
     let s = &mut stream(0);
     let r = ray([0.0, 0.0, 99.0], [0.0, 0.0, -1.0]);
     assert_eq!(straight(&balls(CAPACITY), r).len(), 2);

@@ -85,7 +85,11 @@ fn walk(u: &SyntheticUniverse, history: u64, steps: u64) -> Tally {
             let limit = if s.uniform() < 0.3 { 5.0 * s.exponential() } else { f64::INFINITY };
             let seen = u.next(&ray, &mut place, &mut (), limit, s);
             if s.uniform() < 0.05 {
-                assert_eq!(seen, u.next(&ray, &mut place, &mut (), limit, s), "asked twice, answered otherwise");
+                assert_eq!(
+                    seen,
+                    u.next(&ray, &mut place, &mut (), limit, s),
+                    "asked twice, answered otherwise"
+                );
             }
             t.wrong += u64::from(u.medium(&place) != medium);
             match seen {
@@ -156,7 +160,7 @@ fn ten_million_steps_lose_no_ray() {
 fn the_walk_notices_a_body_that_is_elsewhere() {
     let u = universe(thirty_bodies());
     let mut moved = thirty_bodies();
-    moved[4].shape.centre += DVec3::X * 1e-3;
+    moved.iter_mut().for_each(|p| p.shape.centre += DVec3::X * 1e-3);
     let other = universe(moved);
     let s = &mut stream(3);
     let mut wrong = 0;

@@ -1,7 +1,7 @@
 //! Cylinder of elliptic section: a fibre, or its lumen.
 
 use super::integral::ellipse_perimeter;
-use super::{Chord, Convex, ShapeFace};
+use super::{Chord, Convex, ShapeFace, starts_in_ball};
 use crate::math::quadratic::ball_roots;
 use crate::math::{DVec3, PI, sin_cos};
 
@@ -159,6 +159,11 @@ impl Convex for EllipticCylinder {
             ShapeFace::CapBottom => -DVec3::Z,
             _ => DVec3::new(p.x / self.a / self.a, p.y / self.b / self.b, 0.0).normalize(),
         }
+    }
+
+    fn starts_inside(&self, o: DVec3, d: DVec3) -> bool {
+        let (qx, qy, ex, ey) = (o.x / self.a, o.y / self.b, d.x / self.a, d.y / self.b);
+        starts_in_ball(qx * qx + qy * qy, qx * ex + qy * ey) && super::plane::holds_start(self.caps(o, d))
     }
 
     #[inline]

@@ -1,7 +1,7 @@
 //! Ellipsoid: flake, fine, pore, filler, sphere.
 
 use super::integral::carlson_rg;
-use super::{Chord, Convex, ShapeFace};
+use super::{Chord, Convex, ShapeFace, starts_in_ball};
 use crate::math::fast::cos_sin_turn;
 use crate::math::quadratic::ball_roots;
 use crate::math::{DVec3, PI, orthonormal};
@@ -93,6 +93,11 @@ impl Convex for Ellipsoid {
     #[inline]
     fn normal(&self, p: DVec3, _: ShapeFace) -> DVec3 {
         (p / self.axes() / self.axes()).normalize()
+    }
+
+    fn starts_inside(&self, o: DVec3, d: DVec3) -> bool {
+        let (q, e) = (o / self.axes(), d / self.axes());
+        starts_in_ball(q.length_squared(), q.dot(e))
     }
 
     #[inline]

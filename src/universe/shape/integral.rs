@@ -49,8 +49,9 @@ fn carlson_rf_rd(x: f64, y: f64, z: f64) -> (f64, f64) {
     let (xy, zz) = (dx * dy, dz * dz);
     let (e2, e3) = (xy - 6.0 * zz, (3.0 * xy - 8.0 * zz) * dz);
     let (e4, e5) = (3.0 * (xy - zz) * zz, xy * zz * dz);
-    let series = 1.0 - 3.0 / 14.0 * e2 + e3 / 6.0 + 9.0 / 88.0 * e2 * e2 - 3.0 / 22.0 * e4 - 9.0 / 52.0 * e2 * e3
-        + 3.0 / 26.0 * e5;
+    let series =
+        1.0 - 3.0 / 14.0 * e2 + e3 / 6.0 + 9.0 / 88.0 * e2 * e2 - 3.0 / 22.0 * e4 - 9.0 / 52.0 * e2 * e3
+            + 3.0 / 26.0 * e5;
     (rf, 3.0 * sum + scale * series / (mean * mean.sqrt()))
 }
 

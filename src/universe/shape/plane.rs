@@ -70,6 +70,12 @@ fn on_axis(face: ShapeFace, axis: usize) -> ShapeFace {
     }
 }
 
+/// A chord that holds the start: its near end counts as inside, its far end as outside.
+#[inline]
+pub(super) fn holds_start(chord: Option<Chord>) -> bool {
+    chord.is_some_and(|c| c.t_in <= 0.0 && 0.0 < c.t_out)
+}
+
 /// Outward normal of a plane face.
 #[inline]
 fn plane_normal(face: ShapeFace) -> DVec3 {
@@ -145,6 +151,10 @@ impl Convex for Cuboid {
         plane_normal(face)
     }
 
+    fn starts_inside(&self, o: DVec3, d: DVec3) -> bool {
+        holds_start(self.chord(o, d))
+    }
+
     #[inline]
     fn contains(&self, p: DVec3) -> bool {
         p.cmpge(self.min).all() && p.cmple(self.max).all()
@@ -168,6 +178,10 @@ impl Convex for HalfSpace {
     #[inline]
     fn normal(&self, _: DVec3, _: ShapeFace) -> DVec3 {
         DVec3::Z
+    }
+
+    fn starts_inside(&self, o: DVec3, d: DVec3) -> bool {
+        holds_start(self.chord(o, d))
     }
 
     #[inline]
@@ -197,6 +211,10 @@ impl Convex for SlabZ {
     #[inline]
     fn normal(&self, _: DVec3, face: ShapeFace) -> DVec3 {
         plane_normal(face)
+    }
+
+    fn starts_inside(&self, o: DVec3, d: DVec3) -> bool {
+        holds_start(self.chord(o, d))
     }
 
     #[inline]

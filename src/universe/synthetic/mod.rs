@@ -175,17 +175,26 @@ impl SyntheticUniverse {
             Shape::Cylinder(_) => region.shape.frame.z,
             _ => DVec3::ZERO,
         };
-        Interface { distance: t, normal, facet: normal, axis, beyond, surface: region.surface, body: region.body }
+        Interface {
+            distance: t,
+            normal,
+            facet: normal,
+            axis,
+            beyond,
+            surface: region.surface,
+            body: region.body,
+        }
     }
 }
 
-/// The unit normal against the ray. Where a grazing hit leaves the outward normal on the wrong side
-/// by rounding, it is mirrored about the plane across the ray: an error of the same rounding.
+/// The unit normal against the ray. Where a grazing hit leaves the normal on the wrong side by
+/// rounding, it is turned to the right one by twice as much (at least by the rounding of a dot
+/// product, 4 ε, so that the result is surely against the ray).
 #[inline]
 fn against(dir: DVec3, outward: DVec3, enters: bool) -> DVec3 {
     let n = if enters { outward } else { -outward };
     let cos = n.dot(dir);
-    if cos > 0.0 { (n - dir * (2.0 * cos)).normalize() } else { n }
+    if cos >= 0.0 { (n - dir * (cos + cos.max(4.0 * f64::EPSILON))).normalize() } else { n }
 }
 
 /// Sizes, position and axes of part `i`.
@@ -221,9 +230,7 @@ impl Universe for SyntheticUniverse {
     fn enter(&self, ray: &Ray, _: &mut (), _: &mut Stream) -> Start<Place> {
         let mut place = Place::new(*ray);
         for r in 0..self.index.regions {
-            let inside =
-                self.regions[r as usize].shape.chord(ray).is_some_and(|c| c.t_in <= 0.0 && 0.0 < c.t_out);
-            if inside && place.inside.insert(r).is_none() {
+            if self.regions[r as usize].shape.starts_inside(ray) && place.inside.insert(r).is_none() {
                 place.lost = true;
             }
         }
@@ -249,7 +256,13 @@ impl Universe for SyntheticUniverse {
             if let Some(r) = self.separates(before, set.top()) {
                 let enters = set.contains(r);
                 place.await_interface(group.distance, r, first && group.single());
-                return Next::Interface(self.interface(ray, group.distance, r, enters, self.medium_of(set.top())));
+                return Next::Interface(self.interface(
+                    ray,
+                    group.distance,
+                    r,
+                    enters,
+                    self.medium_of(set.top()),
+                ));
             }
             after = group.distance;
         }
