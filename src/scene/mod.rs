@@ -4,7 +4,11 @@ pub mod adapters;
 mod build;
 pub mod diagnostic;
 pub mod document;
+pub mod media;
 pub mod model;
+pub mod optics;
+pub mod statistical;
+pub mod synthetic;
 pub mod table;
 
 pub use build::{Options, implied_coarseness, read, read_text, section_areas};

@@ -52,6 +52,8 @@ pub struct Material {
     pub absorption: Option<Spectrum>,
     /// Subsurface scattering.
     pub scattering: Vec<Scatterer>,
+    /// Sphere Area Partitioning of the scattering; None: the continuous law.
+    pub sap: Option<SapSpec>,
 }
 
 /// One kind of scatterer in a medium.

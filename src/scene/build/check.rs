@@ -16,7 +16,7 @@ const DRAWS: usize = 16_384;
 /// Mean of a function of independent sizes.
 fn mean_of<const N: usize>(laws: [&SizeLaw; N], f: impl Fn([f64; N]) -> f64) -> f64 {
     let mut rng = Stream::of(1, 0, 0, Purpose::Probe);
-    let sum: f64 = (0..DRAWS).map(|_| f(laws.map(|l| adapters::draw(l, &mut rng)))).sum();
+    let sum: f64 = (0..DRAWS).map(|_| f(laws.map(|l| l.sample(&mut rng)))).sum();
     sum / DRAWS as f64
 }
 

@@ -41,7 +41,8 @@ impl Reading<'_> {
         let mut scattering: Vec<Scatterer> = Vec::new();
         scattering.extend(e.children("scattering").map(|s| self.scattering(s)));
         scattering.extend(e.children("particles").map(|p| self.mie(p)));
-        Material { id: e.text("id").unwrap_or_default().to_string(), index, absorption, scattering }
+        let sap = e.child("sap").map(sap);
+        Material { id: e.text("id").unwrap_or_default().to_string(), index, absorption, scattering, sap }
     }
 
     /// `index` and `kappa`, or `index-file`.

@@ -693,7 +693,7 @@ pub static RULES: &[Rule] = &[
         key: "material",
         doc: "A medium: refractive index, absorption, subsurface scattering.",
         attributes: &[MATERIAL, INDEX],
-        children: &[many("scattering"), many("particles/mie")],
+        children: &[many("scattering"), many("particles/mie"), maybe("sap")],
     },
     Rule {
         key: "scattering",
