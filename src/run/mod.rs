@@ -1,6 +1,10 @@
 //! Runs histories: batches of a fixed size on all threads, folded in a fixed order, so that the
 //! result is the same bytes for any number of threads.
 
+pub mod simulate;
+
+pub use simulate::{Outcome, Progress, simulate};
+
 use crate::lpm::{History, World, trace};
 use crate::rng::{Purpose, Stream};
 use crate::source::Source;

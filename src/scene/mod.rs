@@ -7,6 +7,7 @@ pub mod document;
 pub mod media;
 pub mod model;
 pub mod optics;
+pub mod plan;
 pub mod statistical;
 pub mod synthetic;
 pub mod table;

@@ -8,6 +8,7 @@
 //! * normals are unit and point against the ray;
 //! * a branch is a copy of the place and sees only its own past.
 
+pub mod any;
 pub mod shape;
 pub mod sheet;
 pub mod statistical;

@@ -239,6 +239,13 @@ impl Placed {
         self.shape.starts_inside(o, d)
     }
 
+    /// Whether a ray starts exactly on the plane of a slab or half space that it is about to enter.
+    pub fn meets_at_start(&self, ray: &Ray) -> bool {
+        let (o, d) = self.local(ray);
+        matches!(self.shape, Shape::SlabZ(_) | Shape::HalfSpace(_))
+            && self.shape.chord(o, d).is_some_and(|c| c.t_in == 0.0)
+    }
+
     /// [`Convex::way_through`] in the world.
     #[inline]
     pub fn way_through(&self, ray: &Ray) -> Option<Chord> {

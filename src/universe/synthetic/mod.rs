@@ -226,11 +226,13 @@ impl Universe for SyntheticUniverse {
 
     fn forget(&self, _: &mut ()) {}
 
-    /// A point exactly on a surface is inside if the ray goes in.
+    /// A point exactly on a surface is inside if the ray goes in; on the plane of a slab or half space,
+    /// where sheets are lit, it still stands before the plane and meets it at distance 0.
     fn enter(&self, ray: &Ray, _: &mut (), _: &mut Stream) -> Start<Place> {
         let mut place = Place::new(*ray);
         for r in 0..self.index.regions {
-            if self.regions[r as usize].shape.starts_inside(ray) && place.inside.insert(r).is_none() {
+            let shape = &self.regions[r as usize].shape;
+            if shape.starts_inside(ray) && !shape.meets_at_start(ray) && place.inside.insert(r).is_none() {
                 place.lost = true;
             }
         }

@@ -1,0 +1,312 @@
+//! What a scene calls for, settled before the first ray, with reasons.
+
+use super::media::Media;
+use super::model::{self, Branching, Memory, Ratio, Scatterer, Scene, SurfaceKind, Universe};
+use super::statistical::LayerReport;
+use super::{statistical, synthetic};
+use crate::lpm::LANES;
+use crate::math::DVec3;
+use crate::source::Source;
+use crate::universe::any::AnyUniverse;
+use std::fmt;
+
+/// One effect: simulated or not, and why.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Effect {
+    /// Name.
+    pub name: &'static str,
+    /// Simulated.
+    pub on: bool,
+    /// What calls for it, or why nothing does.
+    pub reason: String,
+}
+
+/// Everything a run needs beside the optical constants.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// Where components are.
+    pub universe: AnyUniverse,
+    /// Media and their names.
+    pub media: Media,
+    /// The source, in place.
+    pub source: Source,
+    /// Upper and lower face, µm.
+    pub top: f64,
+    /// See `top`.
+    pub bottom: f64,
+    /// Layers of bodies, as they came out.
+    pub layers: Vec<LayerReport>,
+    /// Wavelengths that share their paths, nm; each group is traced by itself.
+    pub groups: Vec<Vec<f64>>,
+    /// Why the wavelengths are grouped so.
+    pub spectrum: String,
+    /// Effects.
+    pub effects: Vec<Effect>,
+    /// Warnings and remarks.
+    pub remarks: Vec<String>,
+}
+
+impl Plan {
+    /// Settles what to simulate.
+    ///
+    /// # Errors
+    /// A scene that cannot be made, with the reason.
+    pub fn new(scene: &Scene) -> Result<Self, String> {
+        let mut media = Media::of(scene.materials.iter().map(|m| m.id.clone()));
+        let (universe, layers, faces) = match &scene.universe {
+            Universe::Statistical(sheet) => {
+                let (u, layers) = statistical::build(sheet, scene, &mut media)?;
+                let top = u.thickness();
+                (AnyUniverse::Statistical(u), layers, Some((top, 0.0)))
+            }
+            Universe::Synthetic(s) => {
+                let u = synthetic::universe(s).map_err(|e| e.to_string())?;
+                (AnyUniverse::Synthetic(u), Vec::new(), extent(s))
+            }
+        };
+        let (top, bottom) = faces.unwrap_or((0.0, 0.0));
+        let source = source(&scene.source, faces)?;
+        let (groups, spectrum) = groups(scene);
+        let effects = effects(scene, &groups);
+        let mut remarks = remarks(scene, &layers);
+        remarks.extend(scene.warnings.iter().cloned());
+        Ok(Plan { universe, media, source, top, bottom, layers, groups, spectrum, effects, remarks })
+    }
+}
+
+/// Height of the uppermost and lowest point of the bodies; `None` where they have no end.
+fn extent(s: &model::Synthetic) -> Option<(f64, f64)> {
+    let mut range = (f64::NEG_INFINITY, f64::INFINITY);
+    for body in &s.bodies {
+        let (low, high) = vertical(&body.geometry)?;
+        range = (range.0.max(high), range.1.min(low));
+    }
+    (range.0.is_finite() && range.1.is_finite()).then_some(range)
+}
+
+fn vertical(g: &model::Geometry) -> Option<(f64, f64)> {
+    use model::Geometry as G;
+    let about = |z: f64, h: f64| Some((z - h, z + h));
+    match g {
+        G::Sphere { centre, radius } => about(centre.z, *radius),
+        G::Ellipsoid { centre, half_axes: h, axis, major } => {
+            let third = axis.cross(*major);
+            let h2 = (h.x * major.z).powi(2) + (h.y * third.z).powi(2) + (h.z * axis.z).powi(2);
+            about(centre.z, h2.sqrt())
+        }
+        G::Cylinder { centre, axis, major, half_axes: (a, b), half_length, .. } => {
+            let along = match half_length {
+                Some(l) => l * axis.z.abs(),
+                None if axis.z == 0.0 => 0.0,
+                None => return None,
+            };
+            let across = ((a * major.z).powi(2) + (b * axis.cross(*major).z).powi(2)).sqrt();
+            about(centre.z, along + across)
+        }
+        G::Box { min, max } => Some((min.z, max.z)),
+        // A half space below a horizontal plane ends the scene on top.
+        G::Plane { point, normal } if *normal == DVec3::Z => Some((point.z, point.z)),
+        G::Plane { .. } => None,
+        G::Slab { z_min, z_max } => Some((*z_min, *z_max)),
+    }
+}
+
+fn source(spec: &model::Source, faces: Option<(f64, f64)>) -> Result<Source, String> {
+    let centre = || {
+        faces.map(|(top, _)| DVec3::new(0.0, 0.0, top)).ok_or_else(|| {
+            "a collimated or diffuse source shines on the top of the scene, and these bodies have none: \
+             use <source kind=\"point\" …>, or bound the bodies"
+                .to_owned()
+        })
+    };
+    Ok(match *spec {
+        model::Source::Collimated { polar, azimuth, radius } => {
+            Source::collimated(polar, azimuth, centre()?, radius)
+        }
+        model::Source::Diffuse { trap } => Source::diffuse(centre()?, trap),
+        model::Source::Point { position, target, half_angle } => Source::point(position, target, half_angle),
+    })
+}
+
+/// What keeps wavelengths from sharing their paths; `None`: they may.
+fn disperses(scene: &Scene) -> Option<String> {
+    for m in &scene.materials {
+        if !m.index.is_constant() {
+            return Some(format!("the refractive index of '{}' depends on wavelength and turns rays", m.id));
+        }
+        for s in &m.scattering {
+            match s {
+                Scatterer::Coefficient { mu_s, .. } if !mu_s.is_constant() => {
+                    return Some(format!("the scattering coefficient of '{}' depends on wavelength", m.id));
+                }
+                Scatterer::Mie { .. } => {
+                    return Some(format!("Mie scattering in '{}' depends on wavelength", m.id));
+                }
+                Scatterer::Coefficient { .. } => {}
+            }
+        }
+    }
+    let varies = |r: &Ratio| match r {
+        Ratio::Fresnel | Ratio::PaperAmplitude => false,
+        Ratio::Spectrum(s) => !s.is_constant(),
+        Ratio::Table { wavelengths, .. } => wavelengths.len() > 1,
+    };
+    scene
+        .surfaces
+        .iter()
+        .find(|s| varies(&s.ratio) && !s.opaque)
+        .map(|s| format!("the reflected share of '{}' depends on wavelength", s.id))
+}
+
+fn groups(scene: &Scene) -> (Vec<Vec<f64>>, String) {
+    let single = || scene.wavelengths.iter().map(|&w| vec![w]).collect();
+    if scene.wavelengths.len() == 1 {
+        return (single(), "one wavelength".to_owned());
+    }
+    if !scene.run.implicit_capture {
+        return (single(), "one wavelength per history: analog absorption kills whole rays".to_owned());
+    }
+    match disperses(scene) {
+        Some(why) => (single(), format!("one wavelength per history: {why}")),
+        None => (
+            scene.wavelengths.chunks(LANES).map(<[f64]>::to_vec).collect(),
+            "white: paths do not depend on wavelength, each carries a weight per wavelength".to_owned(),
+        ),
+    }
+}
+
+fn effects(scene: &Scene, groups: &[Vec<f64>]) -> Vec<Effect> {
+    let list = |ids: Vec<String>| ids.join(", ");
+    let materials = |f: &dyn Fn(&model::Material) -> bool| -> Vec<String> {
+        scene.materials.iter().filter(|m| f(m)).map(|m| format!("'{}'", m.id)).collect()
+    };
+    let surfaces = |f: &dyn Fn(&model::Surface) -> bool| -> Vec<String> {
+        scene.surfaces.iter().filter(|s| f(s)).map(|s| format!("'{}'", s.id)).collect()
+    };
+    let effect = |name, called: Vec<String>, by: &str, off: &str| {
+        let on = !called.is_empty();
+        Effect { name, on, reason: if on { format!("{by} {}", list(called)) } else { off.to_owned() } }
+    };
+    let first = scene.materials.first().map(|m| &m.index);
+    let absorbing = |m: &model::Material| {
+        let particles = |s: &Scatterer| matches!(s, Scatterer::Mie { index, .. } if index.k.is_some());
+        m.absorption.is_some() || m.index.k.is_some() || m.scattering.iter().any(particles)
+    };
+    let dispersive = |m: &model::Material| !m.index.is_constant();
+    vec![
+        effect("absorption", materials(&absorbing), "called for by", "no material has κ or an absorption"),
+        effect(
+            "fresnel interfaces",
+            materials(&|m| Some(&m.index) != first),
+            "indices differ:",
+            "all refractive indices are equal",
+        ),
+        Effect {
+            name: "dispersion",
+            on: groups.len() > 1 && scene.materials.iter().any(dispersive),
+            reason: if scene.wavelengths.len() == 1 {
+                "one wavelength".to_owned()
+            } else if scene.materials.iter().any(dispersive) {
+                format!("index over wavelength: {}", list(materials(&dispersive)))
+            } else {
+                "no index depends on wavelength".to_owned()
+            },
+        },
+        effect(
+            "rough surfaces",
+            surfaces(&|s| matches!(s.kind, SurfaceKind::Rough { m, .. } if m > 0.0)),
+            "called for by",
+            "all surfaces are smooth or Lambertian",
+        ),
+        effect(
+            "lambertian surfaces",
+            surfaces(&|s| matches!(s.kind, SurfaceKind::Lambertian { .. })),
+            "called for by",
+            "no surface is Lambertian",
+        ),
+        effect(
+            "subsurface scattering",
+            materials(&|m| !m.scattering.is_empty()),
+            "called for by",
+            "no material scatters",
+        ),
+        Effect {
+            name: "sphere area partitioning",
+            on: scene.surfaces.iter().any(|s| s.sap.is_some())
+                || scene.materials.iter().any(|m| m.sap.is_some())
+                || matches!(scene.run.branching, Branching::Split { .. }),
+            reason: match scene.run.branching {
+                Branching::Split { nside, .. } => format!("branching split over nside {nside}"),
+                Branching::Sample => {
+                    let mut by = surfaces(&|s| s.sap.is_some());
+                    by.extend(materials(&|m| m.sap.is_some()));
+                    if by.is_empty() { "no <sap>: continuous laws".to_owned() } else { list(by) }
+                }
+            },
+        },
+    ]
+}
+
+fn remarks(scene: &Scene, layers: &[LayerReport]) -> Vec<String> {
+    let mut out = Vec::new();
+    if let Universe::Statistical(sheet) = &scene.universe {
+        let bodies = !layers.is_empty();
+        match sheet.memory {
+            Memory::Homogeneous if bodies => out.push(
+                "memory homogeneous: exact only where chords are far shorter than free paths".to_owned(),
+            ),
+            Memory::Markov => out.push(
+                "memory markov: exact for straight rays with Markov chords; reflectance of scattering \
+                 sheets comes out too low"
+                    .to_owned(),
+            ),
+            Memory::None if bodies => out.push(
+                "memory none: exact for straight rays and single bodies; a sheet's reflectance is known to \
+                 be off by up to some hundredths, near retro-reflection by more"
+                    .to_owned(),
+            ),
+            _ => {}
+        }
+    }
+    out
+}
+
+impl fmt::Display for Plan {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "effects")?;
+        for e in &self.effects {
+            writeln!(f, "  {} {:<26} {}", if e.on { "on " } else { "off" }, e.name, e.reason)?;
+        }
+        let groups = match self.groups.len() {
+            1 => format!("{} wavelength(s) in one pass", self.groups[0].len()),
+            n => format!("{} wavelengths in {n} passes", self.groups.iter().map(Vec::len).sum::<usize>()),
+        };
+        writeln!(f, "spectrum\n  {groups}; {}", self.spectrum)?;
+        for (i, layer) in self.layers.iter().enumerate() {
+            writeln!(f, "layer {} of bodies (rate {:?})", i + 1, layer.rate)?;
+            writeln!(
+                f,
+                "  porosity {:.3}, mean free path in the pores across the sheet {:.2} um",
+                layer.porosity, layer.free_path_vertical
+            )?;
+            for c in &layer.components {
+                writeln!(
+                    f,
+                    "  {:<24} {:6.2} g/m2 realised, solid {:.4}, body {:.4}, surface {:.4} /um, density {:.4e}",
+                    c.name, c.grammage, c.solid, c.body, c.surface, c.density
+                )?;
+                if let Some(coarseness) = c.coarseness {
+                    writeln!(
+                        f,
+                        "  {:<24} wall area {:.1} um2, coarseness {:.3} mg/m",
+                        "", c.solid_content, coarseness
+                    )?;
+                }
+            }
+        }
+        for r in &self.remarks {
+            writeln!(f, "note: {r}")?;
+        }
+        Ok(())
+    }
+}

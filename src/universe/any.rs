@@ -1,0 +1,13 @@
+//! The one place where a run asks which universe it is in.
+
+use super::statistical::StatisticalUniverse;
+use super::synthetic::SyntheticUniverse;
+
+/// Any universe; matched once per run, never per event.
+#[derive(Clone, Debug)]
+pub enum AnyUniverse {
+    /// Known by statistics.
+    Statistical(StatisticalUniverse),
+    /// Explicit bodies.
+    Synthetic(SyntheticUniverse),
+}
