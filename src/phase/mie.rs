@@ -206,3 +206,52 @@ pub fn amplitudes(m: Complex64, x: f64, cosines: &[f64]) -> Vec<(Complex64, Comp
     let sphere = Coefficients::new(m, x);
     cosines.iter().map(|c| sphere.amplitudes(1.0 - c, 1.0 + c)).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Rayleigh limit at the smallest x: Q_sca = (8/3) x⁴ |L|², Q_abs = 4x Im L, L = (m² − 1)/(m² + 2).
+    #[test]
+    fn the_smallest_spheres() {
+        let m = Complex64::new(1.5, 1e-3);
+        let l = (m * m - 1.0) / (m * m + 2.0);
+        for x in [1e-30, 1e-20, 1e-8] {
+            let q = efficiencies(m, x);
+            let sca = 8.0 / 3.0 * x * x * x * x * l.norm_sqr();
+            assert!((q.q_sca / sca - 1.0).abs() < 1e-12, "{q:?}");
+            assert!((q.q_abs / (4.0 * x * l.im) - 1.0).abs() < 1e-12, "{q:?}");
+            assert!((q.q_back / (1.5 * sca) - 1.0).abs() < 1e-12 && q.g >= 0.0 && q.g <= x * x, "{q:?}");
+        }
+    }
+
+    /// The number of orders steps at x = 0.02: nothing else may.
+    #[test]
+    fn the_change_of_orders_is_invisible() {
+        let m = Complex64::new(1.742, 0.0);
+        let (below, above) = (efficiencies(m, 0.02 - 1e-13), efficiencies(m, 0.02));
+        assert_eq!(below.q_abs, 0.0);
+        assert!((below.q_sca / above.q_sca - 1.0).abs() < 1e-10 && (below.g / above.g - 1.0).abs() < 1e-10);
+    }
+
+    /// Weak absorption is proportional to κ down to κ = 1e-15, where Q_ext − Q_sca has no digit left.
+    #[test]
+    fn weak_absorption_is_linear() {
+        let per = |kappa: f64| efficiencies(Complex64::new(1.5, kappa), 40.0).q_abs / kappa;
+        assert!((per(1e-15) / per(1e-9) - 1.0).abs() < 1e-6, "{} {}", per(1e-15), per(1e-9));
+    }
+
+    /// Optical theorem: Q_ext = (4/x²) Re S(0), a sum independent of the ones in `efficiencies`.
+    #[test]
+    fn optical_theorem() {
+        for (m, x) in [
+            (Complex64::new(1.33, 0.0), 0.3),
+            (Complex64::new(1.5, 0.1), 30.0),
+            (Complex64::new(0.65, 2.0), 800.0),
+        ] {
+            let (s1, s2) = amplitudes(m, x, &[1.0])[0];
+            let q = efficiencies(m, x).q_ext;
+            assert!((4.0 * s1.re / (x * x) / q - 1.0).abs() < 1e-11 && s1 == s2, "{m} {x}");
+        }
+    }
+}

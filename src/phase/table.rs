@@ -234,3 +234,42 @@ impl Table {
 fn density(p: f64) -> Result<(), String> {
     if p >= 0.0 && p.is_finite() { Ok(()) } else { Err(format!("p = {p} is not a number ≥ 0")) }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_table_of_one_is_isotropic() {
+        let t = Table::from_csv("0,1\n180,1").unwrap();
+        assert!((t.integral_as_written() - 4.0 * PI).abs() < 1e-14 && t.mean_cosine().abs() < 1e-15);
+        assert!((t.pdf(0.3) - 0.25 / PI).abs() < 1e-16);
+    }
+
+    /// p ∝ 1 + cos θ: g = 1/3; both ways of writing it.
+    #[test]
+    fn linear_in_cosine() {
+        let up = Table::from_cosines(&[(-1.0, 0.0), (0.2, 1.2), (1.0, 2.0)]).unwrap();
+        let down = Table::from_cosines(&[(1.0, 2.0), (0.2, 1.2), (-1.0, 0.0)]).unwrap();
+        assert_eq!(up, down);
+        assert!((up.mean_cosine() - 1.0 / 3.0).abs() < 1e-15);
+        assert!((up.pdf(-0.5) - 0.5 / (4.0 * PI)).abs() < 1e-16);
+    }
+
+    #[test]
+    fn errors_name_the_place() {
+        let error = |t: &str| Table::from_csv(t).unwrap_err().to_string();
+        assert_eq!(error("angle, p\n0, 1\nx, 2"), "line 3: 'x' is no number");
+        assert_eq!(error("# one\n\n0, 1\n90, -2\n180, 1"), "line 4: p = -2 is not a number ≥ 0");
+        assert_eq!(error("0, 1\n90, 1\n90, 1\n180, 1"), "line 3: the angles must rise");
+        assert_eq!(error("0, 1\n90"), "line 2: expected 'angle_deg, p', found '90'");
+        assert_eq!(error("0, nan\n180, 1"), "line 1: p = NaN is not a number ≥ 0");
+        assert_eq!(error("angle, p\nagain, p"), "line 2: 'again' is no number");
+        for whole in ["", "0, 1\n90, 1", "10, 1\n180, 1", "0, 0\n180, 0", "0, 1e308\n180, 1e308"] {
+            assert!(matches!(Table::from_csv(whole), Err(PhaseError::Whole(_))), "{whole}");
+        }
+        assert!(Table::from_cosines(&[(-1.0, 1.0), (1.5, 1.0)]).is_err());
+        assert!(Table::from_cosines(&[(-1.0, 1.0), (0.5, 1.0), (0.2, 1.0), (1.0, 1.0)]).is_err());
+        assert!(Table::from_cosines(&[]).is_err());
+    }
+}

@@ -2,7 +2,6 @@
 
 use crate::law::{Azimuth, Roll, SizeLaw, Weighting};
 use crate::material::RefractiveIndex;
-use crate::math::exp;
 use crate::phase::{Phase, Table};
 use crate::rng::Stream;
 use crate::spectrum::{Extrapolate, Spectrum, csv, rii};
@@ -58,70 +57,68 @@ pub fn index_at(index: &RefractiveIndex, nm: f64) -> Answer<Complex64> {
     Err(format!("n = {n}, κ = {k} at {nm} nm: a medium has n > 0 and κ ≥ 0"))
 }
 
-// ---- laws: stand-ins until `law` is merged (each names the constructor it stands for) ----
+// ---- laws ----
 
-/// `SizeLaw::constant`
+/// One value.
 pub fn constant(x: f64) -> Answer<SizeLaw> {
-    Ok(SizeLaw::Constant(x))
+    told(SizeLaw::constant(x))
 }
-fn checked(ok: bool, what: &str, mean: f64) -> Answer<SizeLaw> {
-    if ok { Ok(SizeLaw::Constant(mean)) } else { Err(what.to_string()) }
-}
-/// `SizeLaw::uniform`
+/// Uniform between two ends.
 pub fn uniform(lo: f64, hi: f64) -> Answer<SizeLaw> {
-    checked(lo < hi, "a uniform law needs from < to", 0.5 * (lo + hi))
+    told(SizeLaw::uniform(lo, hi))
 }
-/// `SizeLaw::truncated_normal`
-pub fn truncated_normal(mean: f64, _sd: f64, lo: f64, hi: f64) -> Answer<SizeLaw> {
-    checked(lo < hi, "a truncated normal law needs from < to", mean)
+/// Normal, truncated.
+pub fn truncated_normal(mean: f64, sd: f64, lo: f64, hi: f64) -> Answer<SizeLaw> {
+    told(SizeLaw::truncated_normal(mean, sd, lo, hi))
 }
-/// `SizeLaw::lognormal`
+/// Lognormal.
 pub fn lognormal(median: f64, sigma: f64) -> Answer<SizeLaw> {
-    checked(true, "", median * exp(0.5 * sigma * sigma))
+    told(SizeLaw::lognormal(median, sigma))
 }
-/// `SizeLaw::gamma`
-pub fn gamma(mean: f64, _shape: f64) -> Answer<SizeLaw> {
-    checked(true, "", mean)
+/// Gamma.
+pub fn gamma(mean: f64, shape: f64) -> Answer<SizeLaw> {
+    told(SizeLaw::gamma(mean, shape))
 }
-/// `SizeLaw::weibull`
-pub fn weibull(scale: f64, _shape: f64) -> Answer<SizeLaw> {
-    checked(true, "", scale)
+/// Weibull.
+pub fn weibull(scale: f64, shape: f64) -> Answer<SizeLaw> {
+    told(SizeLaw::weibull(scale, shape))
 }
-/// `SizeLaw::beta`
+/// Beta between two ends.
 pub fn beta(a: f64, b: f64, lo: f64, hi: f64) -> Answer<SizeLaw> {
-    checked(lo < hi, "a beta law needs from < to", lo + (hi - lo) * a / (a + b))
+    told(SizeLaw::beta(a, b, lo, hi))
 }
-/// `SizeLaw::histogram`
-pub fn histogram(edges: &[f64], weights: &[f64]) -> Answer<SizeLaw> {
-    let sum: f64 = weights.iter().sum();
-    let mean = (0..weights.len()).map(|i| 0.5 * weights[i] * (edges[i] + edges[i + 1])).sum::<f64>() / sum;
-    checked(sum > 0.0, "the weights of a histogram sum to zero", mean)
+/// Histogram.
+pub fn histogram(edges: Vec<f64>, weights: Vec<f64>) -> Answer<SizeLaw> {
+    told(SizeLaw::histogram(edges, weights))
 }
-/// `SizeLaw::mixture`
+/// Mixture.
 pub fn mixture(parts: Vec<(f64, SizeLaw)>) -> Answer<SizeLaw> {
-    let mean = parts.iter().map(|(w, SizeLaw::Constant(x))| w * x).sum();
-    checked(!parts.is_empty(), "a mixture needs parts", mean)
+    told(SizeLaw::mixture(parts))
 }
-/// `SizeLaw::from_weighted`
-pub fn from_weighted(law: SizeLaw, _weighting: Weighting, _exponent: f64) -> Answer<SizeLaw> {
-    Ok(law)
+/// By number, from a law that counts each particle by x^exponent.
+pub fn from_weighted(law: SizeLaw, weighting: Weighting, exponent: f64) -> Answer<SizeLaw> {
+    told(law.check_tilt(-exponent))?;
+    Ok(SizeLaw::from_weighted(law, weighting, exponent))
 }
-/// `SizeLaw::sample`
-pub fn draw(law: &SizeLaw, _rng: &mut Stream) -> f64 {
-    let SizeLaw::Constant(x) = law;
-    *x
+/// Largest value of a law.
+pub fn upper(law: &SizeLaw) -> f64 {
+    law.upper()
 }
-/// `Azimuth::von_mises`
-pub fn von_mises(_mean: f64, _kappa: f64) -> Answer<Azimuth> {
-    Ok(Azimuth::Uniform)
+/// One draw.
+pub fn draw(law: &SizeLaw, rng: &mut Stream) -> f64 {
+    law.sample(rng)
 }
-/// `Azimuth::wrapped_cauchy`
-pub fn wrapped_cauchy(_mean: f64, _rho: f64) -> Answer<Azimuth> {
-    Ok(Azimuth::Uniform)
+/// von Mises azimuth.
+pub fn von_mises(mean: f64, kappa: f64) -> Answer<Azimuth> {
+    told(Azimuth::von_mises(mean, kappa))
 }
-/// `Roll::Normal`
-pub fn roll_normal(_sd: f64) -> Answer<Roll> {
-    Ok(Roll::Uniform)
+/// Wrapped Cauchy azimuth.
+pub fn wrapped_cauchy(mean: f64, rho: f64) -> Answer<Azimuth> {
+    told(Azimuth::wrapped_cauchy(mean, rho))
+}
+/// Normal roll.
+pub fn roll_normal(sd: f64) -> Answer<Roll> {
+    told(Roll::normal(sd))
 }
 
 // ---- phase functions ----

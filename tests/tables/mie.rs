@@ -5,7 +5,8 @@ use lightpro::phase::mie::{Coefficients, Efficiencies, Matrix, efficiencies};
 use num_complex::Complex64;
 use std::collections::BTreeMap;
 
-const RELATIVE: f64 = 1e-9;
+/// The tables ask for 1e-9; the worst seen is 2e-12 (x = 5000), so hold a tenfold tighter line.
+const RELATIVE: f64 = 1e-10;
 
 fn worst(checks: &[(f64, f64, f64)]) -> Check {
     Check::Deviation(checks.iter().fold(0.0_f64, |w, &(got, want, tolerance)| {
@@ -21,7 +22,7 @@ fn index(row: &Row, imaginary: &str, bend: f64) -> Complex64 {
     Complex64::new(row.f("m_re") * (1.0 + bend), row.f(imaginary))
 }
 
-/// Every efficiency and g to 1e-9 of itself; an exact 0 (no absorption) exactly.
+/// Every efficiency and g to 1e-10 of itself; an exact 0 (no absorption) exactly.
 fn efficiency(row: &Row, bend: f64) -> Check {
     let Efficiencies { q_ext, q_sca, q_abs, q_back, g } =
         efficiencies(index(row, "m_im(absorbing>0)", bend), row.f("x"));
@@ -49,8 +50,8 @@ fn the_tolerance_of_the_efficiencies_bites() {
     }
 }
 
-/// p11 to 1e-9 of itself or, in the minima between lobes, 1e-9 of the isotropic 1/4π; the ratios
-/// (|ratio| ≤ 1, they cross zero) to 1e-9 weighted by that same allowance: S1j/S11 is undetermined to
+/// p11 to 1e-10 of itself or, in the minima between lobes, 1e-10 of the isotropic 1/4π; the ratios
+/// (|ratio| ≤ 1, they cross zero) to 1e-10 weighted by that same allowance: S1j/S11 is undetermined to
 /// δp/p where p11 itself is.
 fn matrix(row: &Row, spheres: &BTreeMap<String, Coefficients>) -> Check {
     let angle = row.f("theta_deg") / 180.0 * std::f64::consts::PI;

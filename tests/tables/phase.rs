@@ -4,7 +4,7 @@
 use crate::harness::{Check, Row, hold, rows, within};
 use lightpro::phase::{Phase, hg, rayleigh};
 
-/// Relative accuracy: a few ulp (measured: inverse 3.1 ulp, density 2.6 ulp at worst).
+/// Relative accuracy: a few ulp (worst seen: 5.5e-16 in the inverse, 3.9e-16 in density and distribution).
 const RELATIVE: f64 = 1e-15;
 
 /// Largest of several deviations.
