@@ -103,7 +103,10 @@ impl Reading<'_> {
         if let Some(most) = most
             && adapters::upper(&law) > most
         {
-            let d = Diagnostic::error(e.own.place, format!("<{}> may not exceed {most}, this law does", e.own.name));
+            let d = Diagnostic::error(
+                e.own.place,
+                format!("<{}> may not exceed {most}, this law does", e.own.name),
+            );
             self.out.push(d.help("take a law with bounds: uniform, truncated-normal, beta or histogram"));
             return None;
         }
