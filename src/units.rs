@@ -51,7 +51,7 @@ impl Factor {
             Over(f) => x / f,
         }
     }
-    fn from_internal(self, x: f64) -> f64 {
+    fn in_this_unit(self, x: f64) -> f64 {
         match self {
             Times(f) => x / f,
             Over(f) => x * f,
@@ -135,7 +135,7 @@ impl Quantity {
 
     /// The value in one of the units of [`Quantity::units`]; None for another unit.
     pub fn in_unit(self, x: f64, unit: &str) -> Option<f64> {
-        self.table().iter().find(|u| u.0 == unit).map(|u| u.1.from_internal(x))
+        self.table().iter().find(|u| u.0 == unit).map(|u| u.1.in_this_unit(x))
     }
 
     /// Reads one number with its unit into internal units.

@@ -411,6 +411,108 @@ fn contradictions_are_warned_of() {
     assert!(s.warnings[0].contains("x|m − 1| = 2.88 at 600 nm"), "{:?}", s.warnings);
 }
 
+/// Every law and orientation by its name; means as the laws' formulas say.
+#[test]
+fn laws() {
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::write(dir.path().join("w.csv"), "from,to,weight\n10,20,1\n20,40,3\n").unwrap();
+    for (law, mean) in [
+        ("law=\"constant\" value=\"30 um\"", 30.0),
+        ("law=\"uniform\" from=\"20 um\" to=\"40 um\"", 30.0),
+        ("law=\"truncated-normal\" mean=\"30 um\" sd=\"5 um\" from=\"10 um\" to=\"50 um\"", 30.0),
+        ("law=\"lognormal\" median=\"30 um\" sigma=\"0.2\"", 30.0 * 0.02_f64.exp()),
+        ("law=\"gamma\" mean=\"0.03 mm\" shape=\"4\"", 30.0),
+        ("law=\"weibull\" scale=\"30 um\" shape=\"1\"", 30.0),
+        ("law=\"beta\" alpha=\"2\" beta=\"2\" from=\"20 um\" to=\"40 um\"", 30.0),
+        ("law=\"histogram\" edges=\"10 20 40 um\" weights=\"1 3\"", 26.25),
+        ("law=\"histogram\" file=\"w.csv\"", 26.25),
+        // Mass of a hollow fibre ∝ width: number density ∝ pdf/x, mean 20/ln 2 on [20, 40].
+        ("law=\"uniform\" from=\"20 um\" to=\"40 um\" weighted=\"mass\"", 20.0 / 2.0_f64.ln()),
+    ] {
+        let text = GOOD
+            .replace("index-file=\"distributions/refractive-index/Cu_Hagemann.yml\"", "index=\"1.2\"")
+            .replace(
+                "width=\"30 um\" ",
+                "orientation=\"wrapped-cauchy\" rho=\"0.3\" roll=\"normal\" roll-sd=\"5 deg\" ",
+            )
+            .replace("surface=\"matt\"/>", &format!("surface=\"matt\"><width {law}/></fibres>"));
+        let s = read_text(&text, &dir.path().join("scene.xml"), &Options::default())
+            .unwrap_or_else(|d| panic!("{d}"));
+        let Universe::Statistical(sheet) = &s.universe else { panic!() };
+        let lightpro::scene::Shape::Fibre { width, .. } = &sheet.layers[0].components[0].shape else {
+            panic!()
+        };
+        assert!((width.mean() / mean - 1.0).abs() < 1e-6, "{law}: {} for {mean}", width.mean());
+    }
+    told(
+        "<diameter law=\"uniform\" from=\"10 um\" to=\"12 um\"/>",
+        "<diameter law=\"uniform\" from=\"12 um\" to=\"10 um\"/>",
+        "diameter",
+        &["must be greater than the lower end"],
+    );
+    told(
+        "flatness=\"0.3\" wall=\"2.3 um\" grammage=\"60 g/m2\" surface=\"matt\"/>",
+        "wall=\"2.3 um\" grammage=\"60 g/m2\" surface=\"matt\"><flatness law=\"gamma\" mean=\".3\" shape=\"9\"/></fibres>",
+        "flatness law",
+        &["<flatness> may not exceed 1"],
+    );
+}
+
+/// Explicit bodies, and a homogeneous sheet turned into slabs.
+#[test]
+fn synthetic() {
+    use lightpro::scene::Geometry;
+    let scene_with = |bodies: &str| {
+        let (start, end) = (GOOD.find("<universe").unwrap(), GOOD.find("</universe>").unwrap());
+        let surfaces = GOOD.find("  <surfaces>").unwrap();
+        let universe = format!("<universe kind=\"synthetic\">{bodies}");
+        scene(&format!("{}{}{universe}{}", &GOOD[..surfaces], &GOOD[surfaces..start], &GOOD[end..]))
+    };
+    let bodies = "<sphere centre=\"0 0 -2 um\" radius=\"3 um\" material=\"copper\" surface=\"matt\" priority=\"-1\"/>\
+        <ellipsoid half-axes=\"9 8 7 um\" axis=\"0 0 5\" major=\"0 2 1\" material=\"wall\"/>\
+        <cylinder radius=\"5 um\" wall=\"1 um\" length=\"1 mm\" axis=\"1 1 0\" material=\"wall\"/>\
+        <box min=\"0 0 0 um\" max=\"1 1 1 um\" material=\"wall\"/>\
+        <plane normal=\"0 0 -3\" material=\"wall\"/><slab z-min=\"-1 um\" z-max=\"2 um\" material=\"wall\"/>";
+    let s = scene_with(bodies).unwrap_or_else(|d| panic!("{d}"));
+    let Universe::Synthetic(u) = &s.universe else { panic!() };
+    assert_eq!(u.bodies.len(), 6);
+    assert_eq!((u.bodies[0].priority, u.bodies[0].surface.0, u.bodies[0].material.0), (-1, 1, 2));
+    let Geometry::Ellipsoid { axis, major, .. } = u.bodies[1].geometry else { panic!() };
+    assert!(axis.dot(major).abs() < 1e-15 && (major.y - 1.0).abs() < 1e-15);
+    let Geometry::Cylinder { half_length, lumen, axis, major, .. } = u.bodies[2].geometry else { panic!() };
+    assert_eq!((half_length, lumen.map(|l| l.0)), (Some(500.0), Some((4.0, 4.0))));
+    assert!(axis.dot(major).abs() < 1e-15 && major.z == 0.0);
+    let s = scene_with("<sheet thickness=\"30 um\"><layer material=\"wall\" thickness=\"10 um\"/><layer material=\"air\"/></sheet>")
+        .unwrap_or_else(|d| panic!("{d}"));
+    let Universe::Synthetic(u) = &s.universe else { panic!() };
+    assert_eq!(u.bodies[0].geometry_z(), (20.0, 30.0));
+    assert_eq!(u.bodies[1].geometry_z(), (0.0, 20.0));
+    for (bad, want) in [
+        ("", "the universe is empty"),
+        ("<sphere radius=\"1 um\"/>", "<sphere> needs the attribute `material`"),
+        ("<cylinder radius=\"1 um\" wall=\"2 um\" material=\"wall\"/>", "leaves no lumen"),
+        ("<cylinder radius=\"1 um\" major=\"2 0 0\" material=\"wall\"/>", "`major` is parallel to `axis`"),
+        ("<plane normal=\"0 0 0\" material=\"wall\"/>", "a direction of length zero"),
+        ("<box min=\"0 0 0 um\" max=\"1 0 1 um\" material=\"wall\"/>", "must be above that of `min`"),
+        ("<sphere centre=\"1 2 um\" radius=\"1 um\" material=\"wall\"/>", "expected 3 numbers, found 2"),
+    ] {
+        let shown = scene_with(bad).expect_err(want).to_string();
+        assert!(shown.contains(want), "{shown}");
+    }
+}
+
+trait GeometryZ {
+    fn geometry_z(&self) -> (f64, f64);
+}
+impl GeometryZ for lightpro::scene::Body {
+    fn geometry_z(&self) -> (f64, f64) {
+        match self.geometry {
+            lightpro::scene::Geometry::Slab { z_min, z_max } => (z_min, z_max),
+            _ => panic!("no slab"),
+        }
+    }
+}
+
 /// Every shipped XML file is read: scenes as they are, distributions through a scene that uses them.
 #[test]
 fn shipped_files() {

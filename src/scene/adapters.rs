@@ -3,6 +3,7 @@
 use crate::law::{Azimuth, Roll, SizeLaw, Weighting};
 use crate::material::RefractiveIndex;
 use crate::phase::{Phase, Table};
+use crate::rng::Stream;
 use crate::spectrum::{Extrapolate, Spectrum, csv, rii};
 use num_complex::Complex64;
 use std::sync::Arc;
@@ -58,15 +59,15 @@ pub fn index_at(index: &RefractiveIndex, nm: f64) -> Answer<Complex64> {
 
 // ---- laws ----
 
-/// One size.
+/// One value.
 pub fn constant(x: f64) -> Answer<SizeLaw> {
     told(SizeLaw::constant(x))
 }
-/// Uniform between two sizes.
+/// Uniform between two ends.
 pub fn uniform(lo: f64, hi: f64) -> Answer<SizeLaw> {
     told(SizeLaw::uniform(lo, hi))
 }
-/// Normal, cut at both ends.
+/// Normal, truncated.
 pub fn truncated_normal(mean: f64, sd: f64, lo: f64, hi: f64) -> Answer<SizeLaw> {
     told(SizeLaw::truncated_normal(mean, sd, lo, hi))
 }
@@ -82,27 +83,36 @@ pub fn gamma(mean: f64, shape: f64) -> Answer<SizeLaw> {
 pub fn weibull(scale: f64, shape: f64) -> Answer<SizeLaw> {
     told(SizeLaw::weibull(scale, shape))
 }
-/// Beta on an interval.
+/// Beta between two ends.
 pub fn beta(a: f64, b: f64, lo: f64, hi: f64) -> Answer<SizeLaw> {
     told(SizeLaw::beta(a, b, lo, hi))
 }
 /// Histogram.
-pub fn histogram(edges: &[f64], weights: &[f64]) -> Answer<SizeLaw> {
-    told(SizeLaw::histogram(edges.to_vec(), weights.to_vec()))
+pub fn histogram(edges: Vec<f64>, weights: Vec<f64>) -> Answer<SizeLaw> {
+    told(SizeLaw::histogram(edges, weights))
 }
-/// Weighted sum of laws.
+/// Mixture.
 pub fn mixture(parts: Vec<(f64, SizeLaw)>) -> Answer<SizeLaw> {
     told(SizeLaw::mixture(parts))
 }
-/// The law by number (fibres: by length) of one that was measured with another weight.
+/// By number, from a law that counts each particle by x^exponent.
 pub fn from_weighted(law: SizeLaw, weighting: Weighting, exponent: f64) -> Answer<SizeLaw> {
+    told(law.check_tilt(-exponent))?;
     Ok(SizeLaw::from_weighted(law, weighting, exponent))
 }
-/// Von Mises law of axes.
+/// Largest value of a law.
+pub fn upper(law: &SizeLaw) -> f64 {
+    law.upper()
+}
+/// One draw.
+pub fn draw(law: &SizeLaw, rng: &mut Stream) -> f64 {
+    law.sample(rng)
+}
+/// von Mises azimuth.
 pub fn von_mises(mean: f64, kappa: f64) -> Answer<Azimuth> {
     told(Azimuth::von_mises(mean, kappa))
 }
-/// Wrapped Cauchy law of axes.
+/// Wrapped Cauchy azimuth.
 pub fn wrapped_cauchy(mean: f64, rho: f64) -> Answer<Azimuth> {
     told(Azimuth::wrapped_cauchy(mean, rho))
 }

@@ -164,9 +164,12 @@ impl Reading<'_> {
     }
 }
 
+/// Line and numbers.
+pub type Row = (u64, Vec<f64>);
+
 /// Rows of numbers of a CSV text: (line, numbers). Lines without any number before the first row are
 /// the header.
-pub fn csv_rows(text: &str) -> Result<(Vec<String>, Vec<(u64, Vec<f64>)>), (u64, String)> {
+pub fn csv_rows(text: &str) -> Result<(Vec<String>, Vec<Row>), (u64, String)> {
     let mut reader = csv::ReaderBuilder::new()
         .has_headers(false)
         .comment(Some(b'#'))

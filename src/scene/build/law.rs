@@ -66,44 +66,42 @@ impl Reading<'_> {
         let name = e.text("law")?;
         let why = format!("law `{name}`");
         let mut n = |attribute: &str| e.needed(self, attribute, &why);
-        let (law, largest) = match name {
-            "constant" => {
-                let x = n("value")?;
-                (adapters::constant(x), Some(x))
-            }
+        let law = match name {
+            "constant" => adapters::constant(n("value")?),
             "uniform" => {
                 let (lo, hi) = (n("from"), n("to"));
-                (adapters::uniform(lo?, hi?), hi)
+                adapters::uniform(lo?, hi?)
             }
             "truncated-normal" => {
                 let (mean, sd, lo, hi) = (n("mean"), n("sd"), n("from"), n("to"));
-                (adapters::truncated_normal(mean?, sd?, lo?, hi?), hi)
+                adapters::truncated_normal(mean?, sd?, lo?, hi?)
             }
             "lognormal" => {
                 let (median, sigma) = (n("median"), n("sigma"));
-                (adapters::lognormal(median?, sigma?), None)
+                adapters::lognormal(median?, sigma?)
             }
             "gamma" => {
                 let (mean, shape) = (n("mean"), n("shape"));
-                (adapters::gamma(mean?, shape?), None)
+                adapters::gamma(mean?, shape?)
             }
             "weibull" => {
                 let (scale, shape) = (n("scale"), n("shape"));
-                (adapters::weibull(scale?, shape?), None)
+                adapters::weibull(scale?, shape?)
             }
             "beta" => {
                 let (a, b, lo, hi) = (n("alpha"), n("beta"), n("from"), n("to"));
-                (adapters::beta(a?, b?, lo?, hi?), hi)
+                adapters::beta(a?, b?, lo?, hi?)
             }
             "histogram" => {
                 let (edges, weights) = self.histogram(e)?;
-                (adapters::histogram(&edges, &weights), edges.last().copied())
+                adapters::histogram(edges, weights)
             }
             "mixture" => return self.mixture(e, exponents, most),
             _ => return None,
         };
+        let law = self.made(law, e)?;
         if let Some(most) = most
-            && largest.is_none_or(|x| x > most)
+            && adapters::upper(&law) > most
         {
             let d = Diagnostic::error(
                 e.own.place,
@@ -112,7 +110,6 @@ impl Reading<'_> {
             self.out.push(d.help("take a law with bounds: uniform, truncated-normal, beta or histogram"));
             return None;
         }
-        let law = self.made(law, e)?;
         let converted = match e.text("weighted") {
             Some("mass") => adapters::from_weighted(law, Weighting::Mass, exponents.0),
             Some("length") => adapters::from_weighted(law, Weighting::Length, exponents.1),

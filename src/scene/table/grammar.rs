@@ -33,304 +33,88 @@ const SHARE: Range = Range::SHARE;
 const ANY: Range = Range::ANY;
 const NM: Range = Range::closed(1.0, 1e6);
 const SIZES: &[&str] = &[
-    "constant",
-    "uniform",
-    "truncated-normal",
-    "lognormal",
-    "gamma",
-    "weibull",
-    "beta",
-    "histogram",
-    "mixture",
+    "constant", "uniform", "truncated-normal", "lognormal", "gamma", "weibull", "beta", "histogram", "mixture",
 ];
 
 const INDEX: &[A] = &[
-    a(
-        "index",
-        Number(Q::Number),
-        Range::above(0.0, 100.0),
-        Optional,
-        "Real refractive index n, the same at every wavelength.",
-    ),
-    a(
-        "kappa",
-        Number(Q::Number),
-        NOT_NEG,
-        Optional,
-        "Imaginary index κ ≥ 0 beside `index`; exp(−iωt), n + iκ.",
-    ),
-    w(
-        "index-file",
-        File,
-        Optional,
-        "refractiveindex.info YAML file with n(λ) and, if it has it, κ(λ); instead of `index`.",
-    ),
-    w(
-        "extrapolate",
-        Choice(&["no", "clamp"]),
-        Default("no"),
-        "`clamp` takes a table's end value outside its range and records a warning; otherwise that is an error.",
-    ),
+    a("index", Number(Q::Number), Range::above(0.0, 100.0), Optional, "Real refractive index n, the same at every wavelength."),
+    a("kappa", Number(Q::Number), NOT_NEG, Optional, "Imaginary index κ ≥ 0 beside `index`; exp(−iωt), n + iκ."),
+    w("index-file", File, Optional, "refractiveindex.info YAML file with n(λ) and, if it has it, κ(λ); instead of `index`."),
+    w("extrapolate", Choice(&["no", "clamp"]), Default("no"), "`clamp` takes a table's end value outside its range and records a warning; otherwise that is an error."),
 ];
 
 const MATERIAL: &[A] = &[
     w("id", Id, Required, "Name that other elements refer to."),
-    a(
-        "absorption",
-        Number(Q::Coefficient),
-        NOT_NEG,
-        Optional,
-        "Absorption coefficient beside that of κ (pulp, dye).",
-    ),
-    w(
-        "absorption-file",
-        File,
-        Optional,
-        "CSV of wavelength (nm) and absorption coefficient (1/um); instead of `absorption`.",
-    ),
+    a("absorption", Number(Q::Coefficient), NOT_NEG, Optional, "Absorption coefficient beside that of κ (pulp, dye)."),
+    w("absorption-file", File, Optional, "CSV of wavelength (nm) and absorption coefficient (1/um); instead of `absorption`."),
 ];
 
 const SCATTERING: &[A] = &[
     a("mu-s", Number(Q::Coefficient), NOT_NEG, Optional, "Scattering coefficient µs."),
-    w(
-        "mu-s-file",
-        File,
-        Optional,
-        "CSV of wavelength (nm) and scattering coefficient (1/um); instead of `mu-s`.",
-    ),
-    w(
-        "phase",
-        Choice(&["isotropic", "hg", "two-term-hg", "rayleigh", "table"]),
-        Optional,
-        "Phase function; without it `hg` if `g` is given, else `isotropic`.",
-    ),
-    a(
-        "g",
-        Number(Q::Number),
-        Range::open(-1.0, 1.0),
-        Optional,
-        "Mean cosine of Henyey–Greenstein scattering.",
-    ),
+    w("mu-s-file", File, Optional, "CSV of wavelength (nm) and scattering coefficient (1/um); instead of `mu-s`."),
+    w("phase", Choice(&["isotropic", "hg", "two-term-hg", "rayleigh", "table"]), Optional, "Phase function; without it `hg` if `g` is given, else `isotropic`."),
+    a("g", Number(Q::Number), Range::open(-1.0, 1.0), Optional, "Mean cosine of Henyey–Greenstein scattering."),
     a("w", Number(Q::Fraction), SHARE, Optional, "Share of the first term of `two-term-hg`."),
-    a(
-        "g1",
-        Number(Q::Number),
-        Range::open(-1.0, 1.0),
-        Optional,
-        "Mean cosine of the first term of `two-term-hg`.",
-    ),
-    a(
-        "g2",
-        Number(Q::Number),
-        Range::open(-1.0, 1.0),
-        Optional,
-        "Mean cosine of the second term of `two-term-hg`.",
-    ),
+    a("g1", Number(Q::Number), Range::open(-1.0, 1.0), Optional, "Mean cosine of the first term of `two-term-hg`."),
+    a("g2", Number(Q::Number), Range::open(-1.0, 1.0), Optional, "Mean cosine of the second term of `two-term-hg`."),
     w("file", File, Optional, "CSV of scattering angle (deg) and phase function, for `phase=\"table\"`."),
     w("extrapolate", Choice(&["no", "clamp"]), Default("no"), "As for `index-file`, for `mu-s-file`."),
 ];
 
 const MIE: &[A] = &[
-    w(
-        "from",
-        File,
-        Optional,
-        "Distribution file (kind `filler`) whose values are taken where none stand here.",
-    ),
+    w("from", File, Optional, "Distribution file (kind `filler`) whose values are taken where none stand here."),
     w("name", Text, Optional, "Name, for messages."),
-    a(
-        "diameter",
-        Number(Q::Length),
-        POS,
-        Optional,
-        "Diameter of all spheres; or a law in a child <diameter>.",
-    ),
-    a(
-        "volume-fraction",
-        Number(Q::Fraction),
-        Range::closed(0.0, 0.5),
-        Optional,
-        "Volume of the particles over volume of the medium with them in it.",
-    ),
-    a(
-        "mass-concentration",
-        Number(Q::Density),
-        NOT_NEG,
-        Optional,
-        "Mass of the particles over volume of the medium, instead of `volume-fraction`; needs `density`.",
-    ),
+    a("diameter", Number(Q::Length), POS, Optional, "Diameter of all spheres; or a law in a child <diameter>."),
+    a("volume-fraction", Number(Q::Fraction), Range::closed(0.0, 0.5), Optional, "Volume of the particles over volume of the medium with them in it."),
+    a("mass-concentration", Number(Q::Density), NOT_NEG, Optional, "Mass of the particles over volume of the medium, instead of `volume-fraction`; needs `density`."),
     a("density", Number(Q::Density), POS, Optional, "Density of the particles."),
 ];
 
 const SURFACE: &[A] = &[
     w("id", Id, Required, "Name that other elements refer to; `smooth` is always there."),
-    w(
-        "kind",
-        Choice(&["smooth", "lambertian", "rough"]),
-        Default("smooth"),
-        "Where light goes: specular, totally diffuse, or facets with a slope distribution.",
-    ),
-    w(
-        "per-patch",
-        YES_NO,
-        Default("no"),
-        "Lambertian: equal power per SAP patch (a reading of the paper) instead of equal radiance.",
-    ),
-    w(
-        "slopes",
-        Choice(&["gaussian", "exponential", "ggx"]),
-        Default("gaussian"),
-        "Rough: slope distribution.",
-    ),
-    a(
-        "m",
-        Number(Q::Number),
-        Range::closed(0.0, 10.0),
-        Optional,
-        "Rough: rms slope (α for GGX); 0 is smooth.",
-    ),
-    w(
-        "multiple-bounce",
-        Choice(&["off", "renormalised"]),
-        Default("off"),
-        "Rough: power lost to masked facets stands in the ledger, or is given back by the white albedo of the same law.",
-    ),
-    w(
-        "ratio",
-        Choice(&["fresnel", "paper-amplitude"]),
-        Default("fresnel"),
-        "Reflected share: Fresnel power, or |r| in place of |r|² (the curve of the paper's figure 12).",
-    ),
-    a(
-        "reflectance",
-        Number(Q::Fraction),
-        SHARE,
-        Optional,
-        "Reflected share at every wavelength and angle, instead of `ratio`.",
-    ),
-    w(
-        "reflectance-file",
-        File,
-        Optional,
-        "CSV of wavelength (nm) and reflectance; with more columns, headed by incidence angles in degrees from 0 to 90.",
-    ),
-    w(
-        "opaque",
-        YES_NO,
-        Default("no"),
-        "What is not reflected is absorbed at the surface instead of refracted.",
-    ),
+    w("kind", Choice(&["smooth", "lambertian", "rough"]), Default("smooth"), "Where light goes: specular, totally diffuse, or facets with a slope distribution."),
+    w("per-patch", YES_NO, Default("no"), "Lambertian: equal power per SAP patch (a reading of the paper) instead of equal radiance."),
+    w("slopes", Choice(&["gaussian", "exponential", "ggx"]), Default("gaussian"), "Rough: slope distribution."),
+    a("m", Number(Q::Number), Range::closed(0.0, 10.0), Optional, "Rough: rms slope (α for GGX); 0 is smooth."),
+    w("multiple-bounce", Choice(&["off", "renormalised"]), Default("off"), "Rough: power lost to masked facets stands in the ledger, or is given back by the white albedo of the same law."),
+    w("ratio", Choice(&["fresnel", "paper-amplitude"]), Default("fresnel"), "Reflected share: Fresnel power, or |r| in place of |r|² (the curve of the paper's figure 12)."),
+    a("reflectance", Number(Q::Fraction), SHARE, Optional, "Reflected share at every wavelength and angle, instead of `ratio`."),
+    w("reflectance-file", File, Optional, "CSV of wavelength (nm) and reflectance; with more columns, headed by incidence angles in degrees from 0 to 90."),
+    w("opaque", YES_NO, Default("no"), "What is not reflected is absorbed at the surface instead of refracted."),
     w("extrapolate", Choice(&["no", "clamp"]), Default("no"), "As for `index-file`, for `reflectance-file`."),
 ];
 
 const SAP: &[A] = &[
     a("nside", Nside, Range::closed(1.0, 1024.0), Required, "Granularity: 12 nside² patches."),
-    w(
-        "populate",
-        Choice(&["exact", "centre"]),
-        Default("exact"),
-        "Ratio of a patch: integral of the density, or density at the centre times area (the paper).",
-    ),
-    w(
-        "directions",
-        Choice(&["centre", "density", "uniform"]),
-        Default("density"),
-        "Direction that stands for a patch: its centre (the paper), drawn from the density, or uniform inside.",
-    ),
-    w(
-        "frame",
-        Choice(&["rotated", "resolved"]),
-        Default("resolved"),
-        "Populated once and turned to the specular direction (the paper), or one per incidence bin.",
-    ),
-    w(
-        "roll",
-        Choice(&["random", "fixed"]),
-        Default("random"),
-        "Roll about the pole: drawn at each event, or fixed (the paper).",
-    ),
+    w("populate", Choice(&["exact", "centre"]), Default("exact"), "Ratio of a patch: integral of the density, or density at the centre times area (the paper)."),
+    w("directions", Choice(&["centre", "density", "uniform"]), Default("density"), "Direction that stands for a patch: its centre (the paper), drawn from the density, or uniform inside."),
+    w("frame", Choice(&["rotated", "resolved"]), Default("resolved"), "Populated once and turned to the specular direction (the paper), or one per incidence bin."),
+    w("roll", Choice(&["random", "fixed"]), Default("random"), "Roll about the pole: drawn at each event, or fixed (the paper)."),
 ];
 
 const UNIVERSE: &[A] = &[
-    w(
-        "kind",
-        Choice(&["statistical", "synthetic"]),
-        Required,
-        "Components known by statistics, or explicit.",
-    ),
-    w(
-        "memory",
-        Choice(&["homogeneous", "markov", "none"]),
-        Default("none"),
-        "Statistical: rung of the memory ladder.",
-    ),
-    w(
-        "rate",
-        Choice(&["matched", "boolean"]),
-        Optional,
-        "Statistical, memory `none`: rate that keeps mass or surface; without it `matched` for bodies that light enters, `boolean` for opaque ones.",
-    ),
-    w(
-        "overlap",
-        Choice(&["union", "priority"]),
-        Default("union"),
-        "Statistical: how amounts turn into densities where bodies overlap.",
-    ),
-    w(
-        "edges",
-        Choice(&["cut", "contained"]),
-        Default("contained"),
-        "Statistical: an unbounded medium cut by the faces, or bodies wholly between them.",
-    ),
-    w(
-        "start",
-        Choice(&["anywhere", "pore"]),
-        Default("anywhere"),
-        "Statistical, edges `cut`: light enters inside bodies too, or through pores only.",
-    ),
-    w(
-        "outside",
-        Reference("material"),
-        Optional,
-        "Medium around everything; without it the material with id `air`.",
-    ),
+    w("kind", Choice(&["statistical", "synthetic"]), Required, "Components known by statistics, or explicit."),
+    w("memory", Choice(&["homogeneous", "markov", "none"]), Default("none"), "Statistical: rung of the memory ladder."),
+    w("rate", Choice(&["matched", "boolean"]), Optional, "Statistical, memory `none`: rate that keeps mass or surface; without it `matched` for bodies that light enters, `boolean` for opaque ones."),
+    w("overlap", Choice(&["union", "priority"]), Default("union"), "Statistical: how amounts turn into densities where bodies overlap."),
+    w("edges", Choice(&["cut", "contained"]), Default("contained"), "Statistical: an unbounded medium cut by the faces, or bodies wholly between them."),
+    w("start", Choice(&["anywhere", "pore"]), Default("anywhere"), "Statistical, edges `cut`: light enters inside bodies too, or through pores only."),
+    w("outside", Reference("material"), Optional, "Medium around everything; without it the material with id `air`."),
     a("backing", Number(Q::Fraction), SHARE, Optional, "As on <sheet>."),
 ];
 
 const SHEET: &[A] = &[
-    a(
-        "thickness",
-        Number(Q::Length),
-        POS,
-        Optional,
-        "Thickness of the sheet; the layers' own must sum to it, one layer without thickness gets the rest.",
-    ),
+    a("thickness", Number(Q::Length), POS, Optional, "Thickness of the sheet; the layers' own must sum to it, one layer without thickness gets the rest."),
     w("pore", Reference("material"), Optional, "Medium between the bodies, for layers without their own."),
-    a(
-        "backing",
-        Number(Q::Fraction),
-        SHARE,
-        Optional,
-        "Reflectance of a Lambertian backing in optical contact below.",
-    ),
+    a("backing", Number(Q::Fraction), SHARE, Optional, "Reflectance of a Lambertian backing in optical contact below."),
     w("name", Text, Optional, "Name, for messages."),
 ];
 
 const LAYER: &[A] = &[
     a("thickness", Number(Q::Length), POS, Optional, "Thickness of the layer."),
     w("pore", Reference("material"), Optional, "Medium between the bodies."),
-    w(
-        "material",
-        Reference("material"),
-        Optional,
-        "Medium of a homogeneous layer; the same as `pore`, without bodies.",
-    ),
-    w(
-        "surface",
-        Reference("surface"),
-        Default("smooth"),
-        "Law of the layer's upper plane, where media differ.",
-    ),
+    w("material", Reference("material"), Optional, "Medium of a homogeneous layer; the same as `pore`, without bodies."),
+    w("surface", Reference("surface"), Default("smooth"), "Law of the layer's upper plane, where media differ."),
     w("name", Text, Optional, "Name, for messages."),
 ];
 
@@ -340,75 +124,23 @@ const BODY: &[A] = &[
     w("material", Reference("material"), Required, "Solid of the body."),
     w("surface", Reference("surface"), Default("smooth"), "Law of all surfaces of the body."),
     a("density", Number(Q::Density), POS, Default("1500 kg/m3"), "Density of the solid."),
-    w(
-        "orientation",
-        Choice(&["uniform", "von-mises", "wrapped-cauchy", "isotropic"]),
-        Default("uniform"),
-        "Law of the axis: in the plane with this azimuth law, or isotropic in space.",
-    ),
-    a(
-        "mean-direction",
-        Number(Q::Angle),
-        Range::closed(-2.0 * PI, 2.0 * PI),
-        Default("0 deg"),
-        "Preferred azimuth from the machine direction x.",
-    ),
+    w("orientation", Choice(&["uniform", "von-mises", "wrapped-cauchy", "isotropic"]), Default("uniform"), "Law of the axis: in the plane with this azimuth law, or isotropic in space."),
+    a("mean-direction", Number(Q::Angle), Range::closed(-2.0 * PI, 2.0 * PI), Default("0 deg"), "Preferred azimuth from the machine direction x."),
     a("kappa", Number(Q::Number), NOT_NEG, Optional, "Concentration of `von-mises`."),
     a("rho", Number(Q::Number), Range::below(0.0, 1.0), Optional, "Concentration of `wrapped-cauchy`."),
-    w(
-        "roll",
-        Choice(&["flat", "uniform", "normal"]),
-        Default("flat"),
-        "Law of the roll of the section about the axis.",
-    ),
+    w("roll", Choice(&["flat", "uniform", "normal"]), Default("flat"), "Law of the roll of the section about the axis."),
     a("roll-sd", Number(Q::Angle), POS, Optional, "Standard deviation of roll `normal`."),
-    a(
-        "grammage",
-        Number(Q::Grammage),
-        POS,
-        Optional,
-        "Amount: mass of solid really there after overlaps, over sheet area.",
-    ),
+    a("grammage", Number(Q::Grammage), POS, Optional, "Amount: mass of solid really there after overlaps, over sheet area."),
     a("number-density", Number(Q::NumberDensity), POS, Optional, "Amount: number over volume."),
-    a(
-        "volume-fraction",
-        Number(Q::Fraction),
-        Range::open(0.0, 1.0),
-        Optional,
-        "Amount: volume of bodies (wall and lumen) after overlaps over that of the layer.",
-    ),
+    a("volume-fraction", Number(Q::Fraction), Range::open(0.0, 1.0), Optional, "Amount: volume of bodies (wall and lumen) after overlaps over that of the layer."),
 ];
 
 const FIBRES: &[A] = &[
     a("width", Number(Q::Length), POS, Optional, "Full major axis of the section; or a law in a child."),
-    a(
-        "flatness",
-        Number(Q::Number),
-        Range::above(0.0, 1.0),
-        Optional,
-        "Height of the section over its width (without it 1); or a law in a child.",
-    ),
-    a(
-        "wall",
-        NumberOr(Q::Length, &["solid"]),
-        POS,
-        Optional,
-        "Wall thickness, or `solid`; or a law in a child.",
-    ),
-    a(
-        "length",
-        Number(Q::Length),
-        POS,
-        Optional,
-        "Fibre length (without it 1 mm; only `number-density` uses it); or a law in a child.",
-    ),
-    a(
-        "coarseness",
-        Number(Q::Coarseness),
-        POS,
-        Optional,
-        "Mass over length; checked against density × mean wall area.",
-    ),
+    a("flatness", Number(Q::Number), Range::above(0.0, 1.0), Optional, "Height of the section over its width (without it 1); or a law in a child."),
+    a("wall", NumberOr(Q::Length, &["solid"]), POS, Optional, "Wall thickness, or `solid`; or a law in a child."),
+    a("length", Number(Q::Length), POS, Optional, "Fibre length (without it 1 mm; only `number-density` uses it); or a law in a child."),
+    a("coarseness", Number(Q::Coarseness), POS, Optional, "Mass over length; checked against density × mean wall area."),
     w("lumen", Reference("material"), Optional, "Medium inside the lumen; without it that of the pores."),
     a("length-density", Number(Q::LengthDensity), POS, Optional, "Amount: fibre length over volume."),
 ];
@@ -417,13 +149,7 @@ const PARTICLES: &[A] = &[
     w("shape", Choice(&["sphere", "ellipsoid"]), Required, "Shape."),
     a("diameter", Number(Q::Length), POS, Optional, "Sphere: diameter; or a law in a child."),
     a("a", Number(Q::Length), POS, Optional, "Ellipsoid: full axis along the azimuth; or a law in a child."),
-    a(
-        "b",
-        Number(Q::Length),
-        POS,
-        Optional,
-        "Ellipsoid: full axis across it (in the plane of the sheet if roll is `flat`); or a law in a child.",
-    ),
+    a("b", Number(Q::Length), POS, Optional, "Ellipsoid: full axis across it (in the plane of the sheet if roll is `flat`); or a law in a child."),
     a("c", Number(Q::Length), POS, Optional, "Ellipsoid: third full axis; or a law in a child."),
 ];
 
@@ -435,12 +161,7 @@ const LAW: &[A] = &[
     a("beta", Number(Q::Number), POS, Optional, "beta: second exponent."),
     w("file", File, Optional, "histogram: CSV with columns from, to, weight in the internal unit (um)."),
     a("weights", List(Q::Number, None), NOT_NEG, Optional, "histogram: weights between the `edges`."),
-    w(
-        "weighted",
-        Choice(&["number", "length", "mass"]),
-        Default("number"),
-        "How the law was measured: each particle counts once, by its length, or by its mass; converted to number.",
-    ),
+    w("weighted", Choice(&["number", "length", "mass"]), Default("number"), "How the law was measured: each particle counts once, by its length, or by its mass; converted to number."),
 ];
 const LAW_LENGTH: &[A] = &[
     a("value", Number(Q::Length), POS, Optional, "constant: the value."),
@@ -462,87 +183,29 @@ const LAW_NUMBER: &[A] = &[
     a("scale", Number(Q::Number), POS, Optional, "weibull: scale."),
     a("edges", List(Q::Number, None), NOT_NEG, Optional, "histogram: edges, one more than `weights`."),
 ];
-const PART: &[A] = &[a(
-    "share",
-    Number(Q::Fraction),
-    Range::above(0.0, 1.0),
-    Required,
-    "Share of the mixture; shares sum to 1.",
-)];
+const PART: &[A] = &[a("share", Number(Q::Fraction), Range::above(0.0, 1.0), Required, "Share of the mixture; shares sum to 1.")];
 
 const EXPLICIT: &[A] = &[
     w("name", Text, Optional, "Name, for tallies."),
     w("material", Reference("material"), Required, "Medium inside."),
     w("surface", Reference("surface"), Default("smooth"), "Law of the surface."),
-    w(
-        "priority",
-        Integer,
-        Default("0"),
-        "The higher wins where bodies overlap; the later at equal priority.",
-    ),
+    w("priority", Integer, Default("0"), "The higher wins where bodies overlap; the later at equal priority."),
 ];
 const CENTRE: &[A] = &[a("centre", List(Q::Length, Some(3)), ANY, Default("0 0 0 um"), "Centre: x, y, z.")];
 const AXES: &[A] = &[
-    a(
-        "axis",
-        List(Q::Number, Some(3)),
-        ANY,
-        Optional,
-        "Direction of the axis, any length (ellipsoid: third half axis, without it 0 0 1; cylinder: without it 1 0 0).",
-    ),
-    a(
-        "major",
-        List(Q::Number, Some(3)),
-        ANY,
-        Optional,
-        "Direction of the first half axis; its part across `axis` counts (without it the horizontal one).",
-    ),
+    a("axis", List(Q::Number, Some(3)), ANY, Optional, "Direction of the axis, any length (ellipsoid: third half axis, without it 0 0 1; cylinder: without it 1 0 0)."),
+    a("major", List(Q::Number, Some(3)), ANY, Optional, "Direction of the first half axis; its part across `axis` counts (without it the horizontal one)."),
 ];
 
 const SOURCE: &[A] = &[
-    w(
-        "kind",
-        Choice(&["collimated", "diffuse", "point"]),
-        Default("collimated"),
-        "Parallel light, Lambertian light, or a point that emits into a cone.",
-    ),
-    a(
-        "polar",
-        Number(Q::Angle),
-        Range::closed(0.0, PI),
-        Default("0 deg"),
-        "Collimated: angle from the normal; below 90 deg for a sheet.",
-    ),
-    a(
-        "azimuth",
-        Number(Q::Angle),
-        Range::closed(-2.0 * PI, 2.0 * PI),
-        Default("0 deg"),
-        "Collimated: azimuth of where light comes from.",
-    ),
-    a(
-        "radius",
-        Number(Q::Length),
-        NOT_NEG,
-        Default("0 um"),
-        "Collimated: radius of the beam; 0 is a pencil.",
-    ),
-    a(
-        "trap",
-        Number(Q::Angle),
-        Range::below(0.0, PI / 2.0),
-        Default("0 deg"),
-        "Diffuse: half angle of the dark cone around the normal (gloss trap; ISO 2469: 15.5 deg).",
-    ),
+    w("kind", Choice(&["collimated", "diffuse", "point"]), Default("collimated"), "Parallel light, Lambertian light, or a point that emits into a cone."),
+    a("polar", Number(Q::Angle), Range::closed(0.0, PI), Default("0 deg"), "Collimated: angle from the normal; below 90 deg for a sheet."),
+    a("azimuth", Number(Q::Angle), Range::closed(-2.0 * PI, 2.0 * PI), Default("0 deg"), "Collimated: azimuth of where light comes from."),
+    a("radius", Number(Q::Length), NOT_NEG, Default("0 um"), "Collimated: radius of the beam; 0 is a pencil."),
+    a("trap", Number(Q::Angle), Range::below(0.0, PI / 2.0), Default("0 deg"), "Diffuse: half angle of the dark cone around the normal (gloss trap; ISO 2469: 15.5 deg)."),
     a("position", List(Q::Length, Some(3)), ANY, Optional, "Point: where it is."),
     a("target", List(Q::Length, Some(3)), ANY, Default("0 0 0 um"), "Point: where it aims."),
-    a(
-        "half-angle",
-        Number(Q::Angle),
-        Range::closed(0.0, PI),
-        Default("0 deg"),
-        "Point: half angle of the cone; 0 is one direction, 180 deg all.",
-    ),
+    a("half-angle", Number(Q::Angle), Range::closed(0.0, PI), Default("0 deg"), "Point: half angle of the cone; 0 is one direction, 180 deg all."),
 ];
 
 const SPECTRUM: &[A] = &[
@@ -555,84 +218,27 @@ const SPECTRUM: &[A] = &[
 const DETECT: &[A] = &[
     w("total", Choice(&["yes"]), Default("yes"), "Reflectance, transmittance, absorptance: always."),
     a("angular", Nside, Range::closed(1.0, 256.0), Optional, "Angular distribution in HEALPix bins."),
-    a(
-        "depth",
-        Number(Q::Count),
-        Range::closed(1.0, 1e5),
-        Optional,
-        "Absorption and fluence over this many depth bins.",
-    ),
+    a("depth", Number(Q::Count), Range::closed(1.0, 1e5), Optional, "Absorption and fluence over this many depth bins."),
     a("checkpoint", Number(Q::Length), ANY, Optional, "Height of a plane that scores rays going up."),
     w("path", YES_NO, Default("no"), "Mean path and collisions by medium."),
 ];
 
 const OPTICS: &[A] = &[
-    w(
-        "geometry",
-        Choice(&["d/0", "total"]),
-        Default("d/0"),
-        "How the reflectance factor is measured: diffuse light viewed at 0°, or all reflected power of the source's light.",
-    ),
-    a(
-        "view",
-        Number(Q::Angle),
-        Range::above(0.0, PI / 2.0),
-        Default("15.5 deg"),
-        "d/0: half angle of the viewing cone.",
-    ),
-    a(
-        "pile",
-        Number(Q::Count),
-        Range::closed(1.0, 1024.0),
-        Default("16"),
-        "Most sheets in the simulated pile.",
-    ),
+    w("geometry", Choice(&["d/0", "total"]), Default("d/0"), "How the reflectance factor is measured: diffuse light viewed at 0°, or all reflected power of the source's light."),
+    a("view", Number(Q::Angle), Range::above(0.0, PI / 2.0), Default("15.5 deg"), "d/0: half angle of the viewing cone."),
+    a("pile", Number(Q::Count), Range::closed(1.0, 1024.0), Default("16"), "Most sheets in the simulated pile."),
     a("grammage", Number(Q::Grammage), POS, Optional, "Grammage for s and k; without it that of the sheet."),
 ];
 
 const RUN: &[A] = &[
-    a(
-        "histories",
-        Number(Q::Count),
-        Range::closed(1.0, 1e15),
-        Default("1e5"),
-        "Histories per wavelength group.",
-    ),
+    a("histories", Number(Q::Count), Range::closed(1.0, 1e15), Default("1e5"), "Histories per wavelength group."),
     a("seed", Number(Q::Count), ANY, Default("20261122"), "Seed."),
-    w(
-        "branching",
-        Choice(&["sample", "split"]),
-        Default("sample"),
-        "One outgoing ray per event, or one per SAP patch above a power floor.",
-    ),
+    w("branching", Choice(&["sample", "split"]), Default("sample"), "One outgoing ray per event, or one per SAP patch above a power floor."),
     a("split-nside", Nside, Range::closed(1.0, 64.0), Default("2"), "split: granularity."),
-    a(
-        "floor",
-        Number(Q::Number),
-        Range::open(0.0, 1.0),
-        Default("1e-3"),
-        "split: power floor relative to the emitted power; roulette below.",
-    ),
-    a(
-        "roulette",
-        Number(Q::Number),
-        Range::below(0.0, 1.0),
-        Default("1e-3"),
-        "Roulette below this share of the start power.",
-    ),
-    a(
-        "event-cap",
-        Number(Q::Count),
-        Range::closed(1.0, 1e12),
-        Default("1e6"),
-        "Guard on the events of one history.",
-    ),
-    w(
-        "absorption",
-        Choice(&["implicit", "analog"]),
-        Default("implicit"),
-        "Absorption as weight along the path, or as the end of the ray.",
-    ),
+    a("floor", Number(Q::Number), Range::open(0.0, 1.0), Default("1e-3"), "split: power floor relative to the emitted power; roulette below."),
+    a("roulette", Number(Q::Number), Range::below(0.0, 1.0), Default("1e-3"), "Roulette below this share of the start power."),
+    a("event-cap", Number(Q::Count), Range::closed(1.0, 1e12), Default("1e6"), "Guard on the events of one history."),
+    w("absorption", Choice(&["implicit", "analog"]), Default("implicit"), "Absorption as weight along the path, or as the end of the ray."),
 ];
 
 const EXPECT: &[A] = &[
@@ -644,19 +250,9 @@ const EXPECT: &[A] = &[
 ];
 
 const DISTRIBUTION: &[A] = &[
-    w(
-        "kind",
-        Choice(&["fibres", "flakes", "filler"]),
-        Required,
-        "What it describes: <fibres>, body <particles>, or Mie <particles>.",
-    ),
+    w("kind", Choice(&["fibres", "flakes", "filler"]), Required, "What it describes: <fibres>, body <particles>, or Mie <particles>."),
     w("name", Text, Required, "Name."),
-    w(
-        "source",
-        Text,
-        Required,
-        "Where the numbers come from, with their status: S seen in a source, D derived, M from memory.",
-    ),
+    w("source", Text, Required, "Where the numbers come from, with their status: S seen in a source, D derived, M from memory."),
     w("licence", Text, Required, "Licence of the data."),
 ];
 
@@ -670,16 +266,8 @@ pub static RULES: &[Rule] = &[
             w("version", Choice(&["1"]), Required, "Version of this grammar."),
         ]],
         children: &[
-            many("define"),
-            maybe("materials"),
-            maybe("surfaces"),
-            one("universe"),
-            maybe("source"),
-            maybe("spectrum"),
-            maybe("detect"),
-            maybe("optics"),
-            maybe("run"),
-            many("expect"),
+            many("define"), maybe("materials"), maybe("surfaces"), one("universe"), maybe("source"),
+            maybe("spectrum"), maybe("detect"), maybe("optics"), maybe("run"), many("expect"),
         ],
     },
     Rule {
@@ -695,12 +283,7 @@ pub static RULES: &[Rule] = &[
         attributes: &[MATERIAL, INDEX],
         children: &[many("scattering"), many("particles/mie"), maybe("sap")],
     },
-    Rule {
-        key: "scattering",
-        doc: "Scattering in the medium by coefficient and phase function.",
-        attributes: &[SCATTERING],
-        children: &[],
-    },
+    Rule { key: "scattering", doc: "Scattering in the medium by coefficient and phase function.", attributes: &[SCATTERING], children: &[] },
     Rule {
         key: "particles/mie",
         doc: "Spheres too small for geometric optics (fillers, pigments): Mie scattering of the medium that holds them.",
@@ -709,32 +292,16 @@ pub static RULES: &[Rule] = &[
     },
     Rule { key: "surfaces", doc: "The surface laws.", attributes: &[], children: &[some("surface")] },
     Rule { key: "surface", doc: "A surface law.", attributes: &[SURFACE], children: &[maybe("sap")] },
-    Rule {
-        key: "sap",
-        doc: "Sphere Area Partitioning of the surface's directions; without it the continuous law.",
-        attributes: &[SAP],
-        children: &[],
-    },
+    Rule { key: "sap", doc: "Sphere Area Partitioning of the surface's directions; without it the continuous law.", attributes: &[SAP], children: &[] },
     Rule {
         key: "universe",
         doc: "Where components are. Statistical: one <sheet>. Synthetic: primitives, or a <sheet> of homogeneous layers.",
         attributes: &[UNIVERSE],
         children: &[
-            maybe("sheet"),
-            many("sphere"),
-            many("ellipsoid"),
-            many("cylinder"),
-            many("box"),
-            many("plane"),
-            many("slab"),
+            maybe("sheet"), many("sphere"), many("ellipsoid"), many("cylinder"), many("box"), many("plane"), many("slab"),
         ],
     },
-    Rule {
-        key: "sheet",
-        doc: "Layers from top (where light comes from) to bottom, from z = thickness down to z = 0.",
-        attributes: &[SHEET],
-        children: &[some("layer")],
-    },
+    Rule { key: "sheet", doc: "Layers from top (where light comes from) to bottom, from z = thickness down to z = 0.", attributes: &[SHEET], children: &[some("layer")] },
     Rule {
         key: "layer",
         doc: "A layer: a medium and the bodies in it.",
@@ -760,106 +327,33 @@ pub static RULES: &[Rule] = &[
             w("law", Choice(&["exponential", "gamma", "histogram"]), Default("exponential"), "Law."),
             a("mean", Number(Q::Length), POS, Optional, "exponential, gamma: mean."),
             a("shape", Number(Q::Number), POS, Optional, "gamma: shape; 1 is exponential."),
-            a(
-                "edges",
-                List(Q::Length, None),
-                NOT_NEG,
-                Optional,
-                "histogram: edges from 0, one more than `weights`.",
-            ),
+            a("edges", List(Q::Length, None), NOT_NEG, Optional, "histogram: edges from 0, one more than `weights`."),
             a("weights", List(Q::Number, None), NOT_NEG, Optional, "histogram: weights."),
             w("file", File, Optional, "histogram: CSV with columns from, to, weight (um)."),
-            a(
-                "contact",
-                Number(Q::Number),
-                NOT_NEG,
-                Default("1"),
-                "Factor on the probability that the component just left is met again (contact reduction).",
-            ),
+            a("contact", Number(Q::Number), NOT_NEG, Default("1"), "Factor on the probability that the component just left is met again (contact reduction)."),
         ]],
         children: &[],
     },
-    Rule {
-        key: "types",
-        doc: "Which component is met, over relative depth; linear between rows.",
-        attributes: &[],
-        children: &[some("at")],
-    },
+    Rule { key: "types", doc: "Which component is met, over relative depth; linear between rows.", attributes: &[], children: &[some("at")] },
     Rule {
         key: "at",
         doc: "A row of <types>.",
         attributes: &[&[
             a("depth", Number(Q::Fraction), SHARE, Required, "Relative depth from the top, ascending."),
-            a(
-                "shares",
-                List(Q::Fraction, None),
-                SHARE,
-                Required,
-                "Probability of each component in the order of the layer, summing to 1.",
-            ),
+            a("shares", List(Q::Fraction, None), SHARE, Required, "Probability of each component in the order of the layer, summing to 1."),
         ]],
         children: &[],
     },
-    Rule {
-        key: "width",
-        doc: "Law of the width.",
-        attributes: &[LAW, LAW_LENGTH],
-        children: &[many("part")],
-    },
-    Rule {
-        key: "wall",
-        doc: "Law of the wall thickness.",
-        attributes: &[LAW, LAW_LENGTH],
-        children: &[many("part")],
-    },
-    Rule {
-        key: "length",
-        doc: "Law of the length.",
-        attributes: &[LAW, LAW_LENGTH],
-        children: &[many("part")],
-    },
-    Rule {
-        key: "diameter",
-        doc: "Law of the diameter.",
-        attributes: &[LAW, LAW_LENGTH],
-        children: &[many("part")],
-    },
-    Rule {
-        key: "a",
-        doc: "Law of the first full axis.",
-        attributes: &[LAW, LAW_LENGTH],
-        children: &[many("part")],
-    },
-    Rule {
-        key: "b",
-        doc: "Law of the second full axis.",
-        attributes: &[LAW, LAW_LENGTH],
-        children: &[many("part")],
-    },
-    Rule {
-        key: "c",
-        doc: "Law of the third full axis.",
-        attributes: &[LAW, LAW_LENGTH],
-        children: &[many("part")],
-    },
-    Rule {
-        key: "part",
-        doc: "One law of a mixture.",
-        attributes: &[PART, LAW, LAW_LENGTH],
-        children: &[many("part")],
-    },
-    Rule {
-        key: "flatness",
-        doc: "Law of the flatness.",
-        attributes: &[LAW, LAW_NUMBER],
-        children: &[many("part/number")],
-    },
-    Rule {
-        key: "part/number",
-        doc: "One law of a mixture.",
-        attributes: &[PART, LAW, LAW_NUMBER],
-        children: &[many("part/number")],
-    },
+    Rule { key: "width", doc: "Law of the width.", attributes: &[LAW, LAW_LENGTH], children: &[many("part")] },
+    Rule { key: "wall", doc: "Law of the wall thickness.", attributes: &[LAW, LAW_LENGTH], children: &[many("part")] },
+    Rule { key: "length", doc: "Law of the length.", attributes: &[LAW, LAW_LENGTH], children: &[many("part")] },
+    Rule { key: "diameter", doc: "Law of the diameter.", attributes: &[LAW, LAW_LENGTH], children: &[many("part")] },
+    Rule { key: "a", doc: "Law of the first full axis.", attributes: &[LAW, LAW_LENGTH], children: &[many("part")] },
+    Rule { key: "b", doc: "Law of the second full axis.", attributes: &[LAW, LAW_LENGTH], children: &[many("part")] },
+    Rule { key: "c", doc: "Law of the third full axis.", attributes: &[LAW, LAW_LENGTH], children: &[many("part")] },
+    Rule { key: "part", doc: "One law of a mixture.", attributes: &[PART, LAW, LAW_LENGTH], children: &[many("part")] },
+    Rule { key: "flatness", doc: "Law of the flatness.", attributes: &[LAW, LAW_NUMBER], children: &[many("part/number")] },
+    Rule { key: "part/number", doc: "One law of a mixture.", attributes: &[PART, LAW, LAW_NUMBER], children: &[many("part/number")] },
     Rule {
         key: "sphere",
         doc: "A ball.",
@@ -869,18 +363,7 @@ pub static RULES: &[Rule] = &[
     Rule {
         key: "ellipsoid",
         doc: "An ellipsoid.",
-        attributes: &[
-            EXPLICIT,
-            CENTRE,
-            &[a(
-                "half-axes",
-                List(Q::Length, Some(3)),
-                POS,
-                Required,
-                "Half axes along `major`, across both, and along `axis`.",
-            )],
-            AXES,
-        ],
+        attributes: &[EXPLICIT, CENTRE, &[a("half-axes", List(Q::Length, Some(3)), POS, Required, "Half axes along `major`, across both, and along `axis`.")], AXES],
         children: &[],
     },
     Rule {
@@ -892,21 +375,10 @@ pub static RULES: &[Rule] = &[
             AXES,
             &[
                 a("radius", Number(Q::Length), POS, Optional, "Radius of a circular section."),
-                a(
-                    "half-axes",
-                    List(Q::Length, Some(2)),
-                    POS,
-                    Optional,
-                    "Half axes of an elliptic section, instead of `radius`.",
-                ),
+                a("half-axes", List(Q::Length, Some(2)), POS, Optional, "Half axes of an elliptic section, instead of `radius`."),
                 a("length", Number(Q::Length), POS, Optional, "Full length; without it unbounded."),
                 a("wall", Number(Q::Length), POS, Optional, "Wall thickness of a hollow one."),
-                w(
-                    "lumen",
-                    Reference("material"),
-                    Optional,
-                    "Medium inside a hollow one; without it that outside.",
-                ),
+                w("lumen", Reference("material"), Optional, "Medium inside a hollow one; without it that outside."),
             ],
         ],
         children: &[],
@@ -948,37 +420,12 @@ pub static RULES: &[Rule] = &[
         children: &[],
     },
     Rule { key: "source", doc: "Light.", attributes: &[SOURCE], children: &[] },
-    Rule {
-        key: "spectrum",
-        doc: "Vacuum wavelengths: a list or a grid; without it 550 nm.",
-        attributes: &[SPECTRUM],
-        children: &[],
-    },
+    Rule { key: "spectrum", doc: "Vacuum wavelengths: a list or a grid; without it 550 nm.", attributes: &[SPECTRUM], children: &[] },
     Rule { key: "detect", doc: "What is measured beside totals.", attributes: &[DETECT], children: &[] },
     Rule { key: "optics", doc: "Figures of paper optics.", attributes: &[OPTICS], children: &[] },
     Rule { key: "run", doc: "How the scene is run.", attributes: &[RUN], children: &[] },
-    Rule {
-        key: "expect",
-        doc: "An expected figure: makes the scene a test.",
-        attributes: &[EXPECT],
-        children: &[],
-    },
-    Rule {
-        key: "distribution/fibres",
-        doc: "Statistics of fibres, used by <fibres from=…>.",
-        attributes: &[DISTRIBUTION],
-        children: &[one("fibres")],
-    },
-    Rule {
-        key: "distribution/flakes",
-        doc: "Statistics of bodies, used by a layer's <particles from=…>.",
-        attributes: &[DISTRIBUTION],
-        children: &[one("particles/body")],
-    },
-    Rule {
-        key: "distribution/filler",
-        doc: "Statistics of Mie particles, used by a material's <particles from=…>.",
-        attributes: &[DISTRIBUTION],
-        children: &[one("particles/mie")],
-    },
+    Rule { key: "expect", doc: "An expected figure: makes the scene a test.", attributes: &[EXPECT], children: &[] },
+    Rule { key: "distribution/fibres", doc: "Statistics of fibres, used by <fibres from=…>.", attributes: &[DISTRIBUTION], children: &[one("fibres")] },
+    Rule { key: "distribution/flakes", doc: "Statistics of bodies, used by a layer's <particles from=…>.", attributes: &[DISTRIBUTION], children: &[one("particles/body")] },
+    Rule { key: "distribution/filler", doc: "Statistics of Mie particles, used by a material's <particles from=…>.", attributes: &[DISTRIBUTION], children: &[one("particles/mie")] },
 ];
