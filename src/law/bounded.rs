@@ -188,9 +188,6 @@ impl Bounded {
     }
     /// E[x^p] = ∫ x^p f / ∫ f: the norm of the tilted law over the norm of this one.
     pub(super) fn moment(&self, p: f64) -> f64 {
-        if !self.can_tilt(p) {
-            return f64::INFINITY;
-        }
         let t = self.tilted(p);
         exp(t.reference - self.reference) * t.total / self.total
     }
@@ -263,8 +260,14 @@ fn envelope(shape: &Shape, mode: f64) -> Vec<Piece> {
     };
     let mid =
         if mode > lo + 1e-9 * (hi - lo) && mode < hi - 1e-9 * (hi - lo) { mode } else { 0.5 * (lo + hi) };
-    let mut pieces =
-        vec![from(lo, 1.0, 0.0, mid - lo, shape.a - 1.0), from(hi, -1.0, 0.0, hi - mid, shape.b - 1.0)];
+    let left = from(lo, 1.0, 0.0, mid - lo, shape.a - 1.0);
+    // Counting from a far upper end would cost digits of x: only where that end is singular.
+    let right = if shape.b < 1.0 {
+        from(hi, -1.0, 0.0, hi - mid, shape.b - 1.0)
+    } else {
+        from(mid, 1.0, 0.0, hi - mid, 0.0)
+    };
+    let mut pieces = vec![left, right];
     for _ in 0..200 {
         let masses: Vec<f64> = pieces.iter().map(Piece::ln_mass).collect();
         let top = masses.iter().copied().fold(f64::NEG_INFINITY, f64::max);

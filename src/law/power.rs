@@ -165,13 +165,28 @@ impl PowerBins {
         self.edges[last + 1]
     }
 
-    /// The law as many weighted points, for Gauss quadrature; inside a bin that starts at 0 the
-    /// points are spread by the bin's own CDF.
+    /// The law as many weighted points, for Gauss quadrature: a rule on [0, 1] in each octave of x
+    /// of each bin (in the whole bin for q = 0).
     pub(super) fn points(&self, rule: &[(f64, f64)]) -> Vec<(f64, f64)> {
         let mut points = Vec::new();
         for (i, w) in self.probability.iter().enumerate().filter(|(_, w)| **w > 0.0) {
             let (a, b) = self.bin(i);
-            points.extend(rule.iter().map(|(v, dv)| (power_inverse(a, b, self.q, *v), w * dv)));
+            let scale = w / power_integral(a, b, self.q);
+            let mut top = b;
+            for _ in 0..60 {
+                let bottom = if self.q == 0.0 { a } else { a.max(0.5 * top) };
+                points.extend(rule.iter().map(|(v, dv)| {
+                    let x = bottom + v * (top - bottom);
+                    (x, scale * dv * (top - bottom) * if self.q == 0.0 { 1.0 } else { pow(x, self.q) })
+                }));
+                top = bottom;
+                if top <= a {
+                    break;
+                }
+            }
+            if top > a {
+                points.push((power_inverse(a, top, self.q, 0.5), scale * power_integral(a, top, self.q)));
+            }
         }
         points
     }

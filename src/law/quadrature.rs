@@ -16,6 +16,9 @@ pub(super) fn hermite(n: usize) -> Vec<(f64, f64)> {
 /// Gauss rule of n points for the discrete measure of many weighted points: exact for polynomials
 /// up to degree 2n − 1. Weights sum to 1.
 pub(super) fn gauss(points: &[(f64, f64)], n: usize) -> Vec<(f64, f64)> {
+    // Points without weight far from the others would only make the polynomials overflow.
+    let heaviest = points.iter().map(|(_, w)| *w).fold(0.0, f64::max);
+    let points: Vec<(f64, f64)> = points.iter().copied().filter(|(_, w)| *w > 1e-300 * heaviest).collect();
     let mean = |f: &dyn Fn(usize) -> f64| -> f64 {
         points.iter().enumerate().map(|(j, (_, w))| w * f(j)).collect::<Sum>().value()
     };

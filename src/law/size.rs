@@ -231,6 +231,9 @@ impl SizeLaw {
         if p == 0.0 {
             return 1.0;
         }
+        if self.check_tilt(p).is_err() {
+            return f64::INFINITY;
+        }
         match self {
             SizeLaw::Constant(c) => pow(*c, p),
             SizeLaw::Bins(l) => l.moment(p),
@@ -335,8 +338,8 @@ impl SizeLaw {
     }
 
     /// Nodes (x, probability) of the Gauss rule that belongs to the law: E[f(x)] ≈ Σ probability·f(x).
-    /// Exact for polynomials in x up to degree 2n − 1 (lognormal: in ln x; Weibull of shape < 1 and
-    /// its tilted forms: in (x/scale)^shape). Probabilities sum to 1. A constant gives one node, a
+    /// Exact for polynomials in x up to degree 2n − 1 (lognormal: in ln x; Weibull of shape < ½
+    /// and its tilted forms: in (x/scale)^shape). Probabilities sum to 1. A constant gives one node, a
     /// mixture n for each of its laws.
     pub fn nodes(&self, n: usize) -> Vec<(f64, f64)> {
         let n = n.max(1);

@@ -1,0 +1,417 @@
+//! Size laws.
+
+use crate::{integrate, integrate_up, stream};
+use lightpro::law::{LawError, SizeLaw, Weighting};
+use lightpro::stats::{chi_square_pooled, sidak};
+
+/// Every family, with plain and awkward parameters.
+fn catalogue() -> Vec<(&'static str, SizeLaw)> {
+    let ok = |l: Result<SizeLaw, LawError>| l.expect("valid parameters");
+    let histogram = || SizeLaw::histogram(vec![0.5, 1.0, 2.5, 3.0, 9.0], vec![1.0, 0.0, 4.0, 2.0]);
+    vec![
+        ("uniform", ok(SizeLaw::uniform(2.0, 5.0))),
+        ("uniform from 0", ok(SizeLaw::uniform(0.0, 3.0))),
+        ("normal", ok(SizeLaw::truncated_normal(20.0, 6.0, 5.0, 60.0))),
+        ("normal from 0", ok(SizeLaw::truncated_normal(1.0, 2.0, 0.0, 9.0))),
+        ("normal, far tail", ok(SizeLaw::truncated_normal(1.0, 0.1, 4.0, 9.0))),
+        ("normal, narrow", ok(SizeLaw::truncated_normal(10.0, 0.001, 0.0, 1e4))),
+        ("lognormal", ok(SizeLaw::lognormal(0.3, 0.4))),
+        ("lognormal, broad", ok(SizeLaw::lognormal(2.0, 1.0))),
+        ("gamma", ok(SizeLaw::gamma(12.0, 3.5))),
+        ("gamma, shape < 1", ok(SizeLaw::gamma(2.0, 0.6))),
+        ("gamma, shape 1", ok(SizeLaw::gamma(2.0, 1.0))),
+        ("gamma, narrow", ok(SizeLaw::gamma(5.0, 4000.0))),
+        ("weibull", ok(SizeLaw::weibull(25.0, 2.2))),
+        ("weibull, shape < 1", ok(SizeLaw::weibull(1.0, 0.7))),
+        ("beta", ok(SizeLaw::beta(2.0, 3.5, 1.0, 4.0))),
+        ("beta from 0", ok(SizeLaw::beta(1.5, 1.2, 0.0, 2.0))),
+        ("beta, bathtub", ok(SizeLaw::beta(0.7, 0.75, 0.01, 2.0))),
+        ("beta, one-sided", ok(SizeLaw::beta(0.8, 3.0, 0.5, 2.0))),
+        ("beta, narrow", ok(SizeLaw::beta(600.0, 900.0, 1.0, 2.0))),
+        ("histogram", ok(histogram())),
+        (
+            "mixture",
+            ok(SizeLaw::mixture(vec![
+                (3.0, ok(SizeLaw::lognormal(1.0, 0.3))),
+                (0.0, ok(SizeLaw::uniform(0.0, 1.0))),
+                (1.0, ok(SizeLaw::truncated_normal(6.0, 1.0, 1.0, 9.0))),
+            ])),
+        ),
+    ]
+}
+
+const TILTS: [f64; 6] = [0.0, -0.5, -1.0, -3.0, 1.0, 2.5];
+
+/// All laws with all tilts that exist, base law first.
+fn family() -> Vec<(String, SizeLaw, SizeLaw, f64)> {
+    let mut all = Vec::new();
+    for (name, base) in catalogue() {
+        for p in TILTS.into_iter().filter(|p| base.check_tilt(*p).is_ok()) {
+            all.push((format!("{name}, tilt {p}"), base.clone(), base.tilted(p), p));
+        }
+    }
+    all
+}
+
+/// x with cdf(x) = u, by bisection in ln x.
+fn quantile(law: &SizeLaw, u: f64) -> f64 {
+    let (mut lo, mut hi) = (1e-200_f64.ln(), 1e12_f64.min(law.upper()).ln());
+    for _ in 0..200 {
+        let mid = 0.5 * (lo + hi);
+        *(if law.cdf(mid.exp()) < u { &mut lo } else { &mut hi }) = mid;
+    }
+    (0.5 * (lo + hi)).exp()
+}
+
+/// Quantiles that cut the law into `cells` equally probable cells.
+fn cuts(law: &SizeLaw, cells: usize) -> Vec<f64> {
+    (1..cells).map(|i| quantile(law, i as f64 / cells as f64)).collect()
+}
+
+/// Where densities of the catalogue jump.
+const JUMPS: [f64; 5] = [1.0, 2.5, 3.0, 8.0, 9.0];
+
+/// ∫ f·pdf between the cuts, ends included.
+fn cell_integrals(law: &SizeLaw, cuts: &[f64], f: impl Fn(f64) -> f64) -> Vec<f64> {
+    let g = |x: f64| f(x) * law.pdf(x);
+    let mut ends = vec![law.lower()];
+    ends.extend(cuts);
+    ends.push(law.upper());
+    let cell = |e: &[f64]| {
+        let mut points = vec![e[0]];
+        points.extend(JUMPS.into_iter().filter(|j| *j > e[0] && *j < e[1]));
+        let last = points[points.len() - 1];
+        let inner: f64 = points.windows(2).map(|c| integrate(c[0], c[1], g)).sum();
+        inner + if e[1].is_finite() { integrate(last, e[1], g) } else { integrate_up(last, g) }
+    };
+    ends.windows(2).map(cell).collect()
+}
+
+/// Chi-square p-value of draws from `sampled` against the CDF of `law`.
+fn p_value(sampled: &SizeLaw, law: &SizeLaw, k: u64, draws: usize) -> f64 {
+    let cuts = cuts(law, 60);
+    let mut counts = vec![0.0; cuts.len() + 1];
+    let mut rng = stream(k);
+    for _ in 0..draws {
+        let x = sampled.sample(&mut rng);
+        assert!(x > 0.0 && x >= sampled.lower() && x <= sampled.upper(), "{x} outside the support");
+        counts[cuts.partition_point(|c| *c < x)] += 1.0;
+    }
+    let mut edges = vec![0.0];
+    edges.extend(cuts.iter().map(|x| law.cdf(*x)));
+    edges.push(1.0);
+    let expected: Vec<f64> = edges.windows(2).map(|e| draws as f64 * (e[1] - e[0])).collect();
+    chi_square_pooled(&counts, &expected)
+}
+
+#[test]
+fn samples_follow_the_distribution_function() {
+    let family = family();
+    let level = sidak(0.01, family.len());
+    let mut worst = (1.0, String::new());
+    for (k, (name, _, law, _)) in family.iter().enumerate() {
+        let p = p_value(law, law, k as u64, 60_000);
+        assert!(p > level, "{name}: p = {p:e} of {} laws", family.len());
+        if p < worst.0 {
+            worst = (p, name.clone());
+        }
+    }
+    println!("{} laws, least p = {:.2e} ({})", family.len(), worst.0, worst.1);
+}
+
+/// The test above would notice a law that is wrong by a few per cent.
+#[test]
+fn a_wrong_law_is_noticed() {
+    let law = |median, sigma| SizeLaw::lognormal(median, sigma).unwrap();
+    assert!(p_value(&law(1.0, 0.41), &law(1.0, 0.40), 1, 60_000) < 1e-6);
+    assert!(p_value(&law(1.01, 0.40), &law(1.0, 0.40), 2, 60_000) < 1e-3);
+    let normal = SizeLaw::truncated_normal(20.0, 6.0, 5.0, 60.0).unwrap();
+    assert!(p_value(&normal, &normal.tilted(0.1), 3, 60_000) < 1e-3);
+}
+
+#[test]
+fn density_integrates_to_the_distribution_function() {
+    let mut worst = (0.0, String::new());
+    for (name, _, law, _) in family() {
+        let cuts = cuts(&law, 12);
+        let mut below = 0.0;
+        for (x, cell) in cuts.iter().zip(cell_integrals(&law, &cuts, |_| 1.0)) {
+            below += cell;
+            let gap = (below - law.cdf(*x)).abs();
+            if gap > worst.0 {
+                worst = (gap, format!("{name} at {x}"));
+            }
+        }
+    }
+    println!("largest gap {:.1e} ({})", worst.0, worst.1);
+    assert!(worst.0 < TOLERANCE, "{worst:?}");
+}
+
+/// Quadrature near a singular lower end lo > 0 cannot resolve x − lo below 1e-16 lo: that limits the
+/// comparison to (1e-16)^0.7 for the bathtub; everything else agrees to 1e-12.
+const TOLERANCE: f64 = 1e-10;
+
+#[test]
+fn moments_agree_with_quadrature() {
+    let mut worst = (0.0, String::new());
+    for (name, _, law, _) in family() {
+        let cuts = cuts(&law, 12);
+        for p in [1.0, 2.0, 3.0, -0.4, -1.0] {
+            let got = law.moment(p);
+            if law.check_tilt(p).is_err() {
+                assert_eq!(got, f64::INFINITY, "{name}: E[x^{p}]");
+                continue;
+            }
+            let want: f64 = cell_integrals(&law, &cuts, |x| x.powf(p)).iter().sum();
+            let gap = (got / want - 1.0).abs();
+            if gap > worst.0 {
+                worst = (gap, format!("{name}, E[x^{p}] = {got}"));
+            }
+        }
+        assert_eq!(law.mean(), law.moment(1.0));
+        assert_eq!(law.moment(0.0), 1.0);
+    }
+    println!("largest relative gap {:.1e} ({})", worst.0, worst.1);
+    assert!(worst.0 < TOLERANCE, "{worst:?}");
+}
+
+#[test]
+fn tilted_density_is_power_times_density() {
+    let mut worst = (0.0, String::new());
+    for (name, base, law, p) in family() {
+        for x in cuts(&law, 9) {
+            let want = x.powf(p) * base.pdf(x) / base.moment(p);
+            let gap = (law.pdf(x) / want - 1.0).abs();
+            if gap > worst.0 {
+                worst = (gap, format!("{name} at {x}"));
+            }
+        }
+    }
+    println!("largest relative gap {:.1e} ({})", worst.0, worst.1);
+    assert!(worst.0 < 1e-11, "{worst:?}");
+}
+
+#[test]
+fn tilting_back_restores_the_law() {
+    for (name, base, law, p) in family() {
+        let back = law.tilted(-p);
+        for x in cuts(&base, 7) {
+            let (got, want) = (back.cdf(x), base.cdf(x));
+            assert!((got - want).abs() < 1e-12, "{name} at {x}: {got} {want}");
+        }
+    }
+}
+
+#[test]
+fn nodes_reproduce_moments() {
+    for (name, _, law, _) in family() {
+        for n in [1, 2, 5, 16, 40] {
+            let nodes = law.nodes(n);
+            let total: f64 = nodes.iter().map(|(_, w)| w).sum();
+            assert!((total - 1.0).abs() < 1e-12, "{name}, {n} nodes: total {total}");
+            assert!(nodes.iter().all(|(x, w)| *x > 0.0 && *x <= law.upper() && *w >= 0.0), "{name}, {n}");
+            // Lognormal rules are exact in ln x: they converge in x.
+            let in_x = !(name.contains("lognormal") || name.contains("mixture"));
+            for k in 1..=3 {
+                let p = f64::from(k);
+                let got: f64 = nodes.iter().map(|(x, w)| w * x.powi(k)).sum();
+                let gap = (got / law.moment(p) - 1.0).abs();
+                if (in_x && k < 2 * n as i32) || n == 40 {
+                    let tolerance = if in_x { 1e-11 } else { 1e-6 };
+                    assert!(gap < tolerance, "{name}, {n} nodes, E[x^{k}]: {gap:e}");
+                }
+            }
+        }
+    }
+}
+
+/// An oscillating average (as of an interference or Mie figure) converges with the order.
+#[test]
+fn nodes_average_an_oscillating_function() {
+    for (name, frequency, law) in [
+        ("normal", 2.0, SizeLaw::truncated_normal(20.0, 2.0, 10.0, 30.0).unwrap()),
+        ("gamma", 2.0, SizeLaw::gamma(10.0, 20.0).unwrap()),
+        // In ln x the frequency of the cosine grows with x: half of it here.
+        ("lognormal", 1.0, SizeLaw::lognormal(10.0, 0.25).unwrap()),
+        ("histogram", 2.0, SizeLaw::histogram(vec![5.0, 8.0, 9.0, 15.0], vec![1.0, 2.0, 0.5]).unwrap()),
+    ] {
+        let f = |x: f64| 1.0 + (frequency * x).cos();
+        let average: f64 = law.nodes(48).iter().map(|(x, w)| w * f(*x)).sum();
+        let want: f64 = cell_integrals(&law, &cuts(&law, 40), f).iter().sum();
+        let gap = (average - want).abs();
+        println!("{name}: {gap:.1e}");
+        assert!(gap < 1e-8, "{name}: {gap:e}");
+    }
+}
+
+/// Values of an independent implementation (mpmath, 40 digits).
+#[test]
+fn reference_values() {
+    let close = |name: &str, got: f64, want: f64| {
+        assert!((got / want - 1.0).abs() < 2e-13, "{name}: {got:e} instead of {want:e}");
+    };
+    for (name, kind, x, want) in REFERENCE {
+        let laws = catalogue();
+        let law = &laws.iter().find(|l| l.0 == *name).expect("in the catalogue").1;
+        match *kind {
+            "cdf" => close(name, law.cdf(*x), *want),
+            "pdf" => close(name, law.pdf(*x), *want),
+            _ => close(name, law.moment(*x), *want),
+        }
+    }
+}
+
+#[test]
+fn a_length_weighted_law_becomes_number_weighted() {
+    // Length-weighted lognormal: median lower by exp(−σ²).
+    let seen = SizeLaw::lognormal(2.0, 0.5).unwrap();
+    let number = SizeLaw::from_weighted(seen.clone(), Weighting::Length, 1.0);
+    assert!((number.cdf(2.0 * (-0.25_f64).exp()) - 0.5).abs() < 1e-15);
+    // Mean by length = E[x²]/E[x] by number.
+    assert!((number.moment(2.0) / number.mean() / seen.mean() - 1.0).abs() < 1e-14);
+    assert_eq!(SizeLaw::from_weighted(seen.clone(), Weighting::Number, 1.0), seen);
+    let mass = SizeLaw::from_weighted(seen.clone(), Weighting::Mass, 3.0);
+    assert_eq!(mass, seen.tilted(-3.0));
+    let constant = SizeLaw::constant(4.0).unwrap();
+    assert_eq!(SizeLaw::from_weighted(constant.clone(), Weighting::Mass, 3.0), constant);
+}
+
+#[test]
+fn a_constant_is_one_value_and_draws_nothing() {
+    let c = SizeLaw::constant(3.0).unwrap();
+    let (mut used, mut fresh) = (stream(1), stream(1));
+    assert_eq!(c.sample(&mut used), 3.0);
+    assert_eq!(used.bits(), fresh.bits());
+    assert_eq!((c.cdf(2.9), c.cdf(3.0), c.mean(), c.moment(2.0)), (0.0, 1.0, 3.0, 9.0));
+    assert_eq!((c.pdf(2.0), c.pdf(3.0)), (0.0, f64::INFINITY));
+    assert_eq!((c.upper(), c.lower(), c.nodes(7)), (3.0, 3.0, vec![(3.0, 1.0)]));
+}
+
+#[test]
+fn wrong_parameters_are_refused_with_their_range() {
+    let text = |l: Result<SizeLaw, LawError>| l.expect_err("must be refused").to_string();
+    assert_eq!(text(SizeLaw::constant(0.0)), "size = 0 is outside its range: finite and > 0");
+    assert!(text(SizeLaw::constant(f64::NAN)).contains("NaN"));
+    assert!(text(SizeLaw::uniform(3.0, 3.0)).contains("greater than the lower end 3"));
+    assert!(text(SizeLaw::uniform(-1.0, 3.0)).contains("lower end = -1"));
+    assert!(text(SizeLaw::truncated_normal(3.0, 0.0, 1.0, 4.0)).contains("standard deviation = 0"));
+    assert!(text(SizeLaw::truncated_normal(f64::INFINITY, 1.0, 1.0, 4.0)).contains("mean = inf"));
+    assert!(text(SizeLaw::lognormal(1.0, -0.1)).contains("sigma of ln = -0.1"));
+    assert!(text(SizeLaw::gamma(1.0, 0.0)).contains("shape = 0"));
+    assert!(text(SizeLaw::weibull(-2.0, 1.0)).contains("scale = -2"));
+    assert!(text(SizeLaw::beta(0.0, 1.0, 1.0, 2.0)).contains("beta exponent a = 0"));
+    assert!(text(SizeLaw::histogram(vec![1.0, 2.0], vec![])).contains("n + 1 edges"));
+    assert!(text(SizeLaw::histogram(vec![1.0, 2.0, 1.5], vec![1.0, 1.0])).contains("1.5 must be greater"));
+    assert!(text(SizeLaw::histogram(vec![1.0, 2.0], vec![0.0])).contains("sum to 0"));
+    assert!(text(SizeLaw::mixture(vec![])).contains("sum to 0"));
+    let from_zero = SizeLaw::uniform(0.0, 1.0).unwrap();
+    assert_eq!(from_zero.check_tilt(-1.0), Err(LawError::Divergent { exponent: -1.0 }));
+    assert!(SizeLaw::gamma(1.0, 2.0).unwrap().check_tilt(-2.0).is_err());
+}
+
+/// Value stability: same seed, same sizes.
+#[test]
+fn first_draws_are_pinned() {
+    let mut all = Vec::new();
+    for (_, law) in catalogue() {
+        for law in [law.clone(), law.tilted(1.0)] {
+            let mut rng = stream(7);
+            all.push((0..40).map(|_| law.sample(&mut rng)).last().unwrap_or(0.0));
+        }
+    }
+    assert_eq!(all, PINNED, "{all:?}");
+}
+const PINNED: [f64; 42] = [
+    2.759533586104149,
+    3.05233273132682,
+    0.7595335861041491,
+    1.5095034807222034,
+    22.993909571655536,
+    24.531423619768002,
+    1.5358460355058936,
+    3.5253592458253453,
+    4.003364090996031,
+    4.003364090996031,
+    10.000951995332489,
+    10.000952095332478,
+    0.3090946180891658,
+    0.3627258944926979,
+    2.15504065219364,
+    5.858007844448501,
+    12.657739475568134,
+    16.337514718851985,
+    1.3999459063653592,
+    4.772626580856342,
+    2.747326050513737,
+    4.110298641970017,
+    5.021763914768684,
+    5.023016683306954,
+    28.881040180139717,
+    27.938514034308636,
+    1.5738803981277176,
+    3.7607333494247985,
+    2.713633168391665,
+    2.883572817332878,
+    1.6086916917087972,
+    0.6210924228136461,
+    0.1615983752552134,
+    1.9181649048480722,
+    0.764292825136418,
+    0.5951500879216717,
+    1.4096253560168166,
+    1.4097379331601592,
+    2.6213231465557545,
+    2.6300717302112977,
+    1.172855328276002,
+    5.616096398708919,
+];
+const REFERENCE: &[(&str, &str, f64, f64)] = &[
+    ("normal", "cdf", 8.0, 0.016643819169405585),
+    ("normal", "pdf", 8.0, 0.009054721207298679),
+    ("normal", "cdf", 25.0, 0.79640737699511989),
+    ("normal", "pdf", 25.0, 0.047278898706943743),
+    ("normal", "moment", 1.0, 20.105826952384899),
+    ("normal", "moment", -3.0, 0.00026502861407231197),
+    ("normal, far tail", "cdf", 4.002, 0.45166286573894671),
+    ("normal, far tail", "pdf", 4.002, 164.7930618447711),
+    ("normal, far tail", "cdf", 4.01, 0.95062546433404795),
+    ("normal, far tail", "pdf", 4.01, 14.878102723474543),
+    ("normal, far tail", "moment", 1.0, 4.0033259667433677),
+    ("normal, far tail", "moment", 3.0, 64.159911820945589),
+    ("beta", "cdf", 1.5, 0.16355383611447433),
+    ("beta", "pdf", 1.5, 0.55469587710303281),
+    ("beta", "cdf", 3.0, 0.92872218898893509),
+    ("beta", "pdf", 3.0, 0.22452510468485446),
+    ("beta", "moment", 1.0, 2.0909090909090909),
+    ("beta", "moment", -3.0, 0.1718043397204261),
+    ("beta from 0", "cdf", 0.5, 0.15306339562812713),
+    ("beta from 0", "pdf", 0.5, 0.44804845482845781),
+    ("beta from 0", "cdf", 1.75, 0.8740861381406105),
+    ("beta from 0", "pdf", 1.75, 0.58577219898654061),
+    ("beta from 0", "moment", 2.5, 1.8159160473330876),
+    ("beta from 0", "moment", -0.5, 1.118604285157182),
+    ("gamma", "cdf", 3.0, 0.027625553677353453),
+    ("gamma", "cdf", 30.0, 0.98555845211969399),
+    ("gamma", "pdf", 3.0, 0.026201312731854344),
+    ("gamma", "pdf", 30.0, 0.0031495898760013931),
+    ("gamma", "moment", 3.0, 3491.265306122449),
+    ("gamma, shape < 1", "cdf", 0.125, 0.1538994102797711),
+    ("gamma, shape < 1", "cdf", 8.0, 0.96195264200009771),
+    ("gamma, shape < 1", "pdf", 0.125, 0.72155914866778997),
+    ("gamma, shape < 1", "pdf", 8.0, 0.012875948601799667),
+    ("gamma, shape < 1", "moment", 3.0, 92.444444444444444),
+    ("gamma, narrow", "cdf", 4.875, 0.05600435264206883),
+    ("gamma, narrow", "cdf", 5.125, 0.94218817621206257),
+    ("gamma, narrow", "pdf", 4.875, 1.4516682493723466),
+    ("gamma, narrow", "pdf", 5.125, 1.439628781853269),
+    ("gamma, narrow", "moment", 3.0, 125.093765625),
+    ("weibull", "cdf", 10.0, 0.12471743487502507),
+    ("weibull", "cdf", 40.0, 0.93993422041460125),
+    ("weibull", "moment", 2.0, 603.07030563190716),
+    ("weibull, shape < 1", "cdf", 0.25, 0.31540587982721317),
+    ("weibull, shape < 1", "cdf", 4.0, 0.92856846364778986),
+    ("weibull, shape < 1", "moment", 2.0, 5.0291447021403062),
+    ("lognormal", "cdf", 0.125, 0.014310349948206015),
+    ("lognormal", "cdf", 0.75, 0.98901039106291082),
+    ("lognormal", "moment", 3.0, 0.055469696687384969),
+];
