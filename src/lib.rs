@@ -26,3 +26,4 @@ pub mod scene;
 pub mod optics;
 pub mod run;
 pub mod report;
+pub mod command;

@@ -7,6 +7,8 @@ pub mod csv;
 pub mod text;
 pub mod manifest;
 pub mod plot;
+pub mod figures;
+pub mod folder;
 
 pub use file::{RunFolder, write_atomic};
 pub use manifest::Manifest;
