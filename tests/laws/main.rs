@@ -5,6 +5,7 @@
 #![allow(clippy::disallowed_methods)]
 
 mod orientations;
+mod reference;
 mod sizes;
 mod statistics;
 
