@@ -31,8 +31,15 @@ impl Shape {
     fn powers(&self, x: f64) -> [(f64, f64); 3] {
         [(self.p, x), (self.a - 1.0, x - self.lo), (self.b - 1.0, self.hi - x)]
     }
+    /// −(x−m)²/2s², less its value at the point of the support nearest to m: for a mean far outside
+    /// the squares themselves would cancel.
+    #[inline]
     fn normal_term(&self, x: f64) -> f64 {
-        self.normal.map_or(0.0, |(m, s)| -0.5 * ((x - m) / s) * ((x - m) / s))
+        self.normal.map_or(0.0, |(m, s)| {
+            let nearest = m.clamp(self.lo, self.hi);
+            let d = (x - nearest) / s;
+            -0.5 * d * (d + 2.0 * (nearest - m) / s)
+        })
     }
     /// Concave part of ln density: normal term and powers with positive coefficients.
     fn concave(&self, x: f64) -> f64 {
@@ -109,32 +116,30 @@ impl Piece {
     fn ln_mass(&self) -> f64 {
         self.ceiling + ln(power_integral(self.s0, self.s1, self.q))
     }
-    /// ∫ s^q exp(rest − reference) ds over [s0, s1] by Gauss–Legendre; toward a singular end the
-    /// interval is halved until what remains is a pure power.
-    fn integral(&self, shape: &Shape, s0: f64, s1: f64, reference: f64) -> f64 {
-        let f = |s: f64| exp(self.rest(shape, s) - reference);
-        let direct = |a: f64, b: f64| -> f64 {
-            let term = |(v, w): &(f64, f64)| {
-                let s = a + (b - a) * v;
-                w * (b - a) * f(s) * exp(power_term(self.q, s))
-            };
-            RULE.iter().map(term).sum()
-        };
-        if self.q == 0.0 {
-            return direct(s0, s1);
-        }
-        let mut sum = Sum::default();
+    /// Quadrature points (s, weight) of s^q exp(rest − reference) on [s0, s1]: Gauss–Legendre, toward
+    /// a singular end in ever smaller octaves until what remains is a pure power.
+    fn points(&self, shape: &Shape, s0: f64, s1: f64, reference: f64) -> Vec<(f64, f64)> {
+        let density = |s: f64| exp(self.rest(shape, s) + power_term(self.q, s) - reference);
+        let mut points = Vec::with_capacity(RULE.len());
         let mut top = s1;
         for _ in 0..60 {
-            if s0 >= 0.5 * top {
-                sum.add(direct(s0, top));
-                return sum.value();
+            let bottom = if self.q == 0.0 { s0 } else { s0.max(0.5 * top) };
+            points.extend(RULE.iter().map(|(v, w)| {
+                let s = bottom + (top - bottom) * v;
+                (s, w * (top - bottom) * density(s))
+            }));
+            top = bottom;
+            if top <= s0 {
+                return points;
             }
-            sum.add(direct(0.5 * top, top));
-            top *= 0.5;
         }
-        sum.add(power_integral(s0, top, self.q) * f(0.5 * (s0 + top)));
-        sum.value()
+        let s = power_inverse(s0, top, self.q, 0.5);
+        points.push((s, power_integral(s0, top, self.q) * exp(self.rest(shape, s) - reference)));
+        points
+    }
+    /// ∫ s^q exp(rest − reference) ds over [s0, s1].
+    fn integral(&self, shape: &Shape, s0: f64, s1: f64, reference: f64) -> f64 {
+        self.points(shape, s0, s1, reference).into_iter().map(|(_, w)| w).collect::<Sum>().value()
     }
 }
 
@@ -235,15 +240,11 @@ impl Bounded {
 
     /// The law as many weighted points, for Gauss quadrature.
     pub(super) fn points(&self) -> Vec<(f64, f64)> {
-        let mut points = Vec::new();
-        for p in &self.pieces {
-            let whole = power_integral(p.s0, p.s1, p.q);
-            points.extend(RULE.iter().map(|(v, w)| {
-                let s = power_inverse(p.s0, p.s1, p.q, *v);
-                (p.x(s), whole * w * exp(p.rest(&self.shape, s) - self.reference) / self.total)
-            }));
-        }
-        points
+        let of_piece = |p: &Piece| -> Vec<(f64, f64)> {
+            let points = p.points(&self.shape, p.s0, p.s1, self.reference).into_iter();
+            points.map(|(s, w)| (p.x(s), w / self.total)).collect()
+        };
+        self.pieces.iter().flat_map(of_piece).collect()
     }
 }
 

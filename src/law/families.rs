@@ -88,32 +88,30 @@ impl GeneralisedGamma {
     /// Gauss rule in x (in t when c < ½: the moments of x then no longer determine the law).
     pub(super) fn nodes(&self, n: usize) -> Vec<(f64, f64)> {
         // In s = ln t the density ∝ exp(k s − eˢ) is smooth and falls off on both sides, so the
-        // trapezoidal rule converges exponentially; limits where it is so
-        // far below its peak that even t^2n does not reach them.
+        // trapezoidal rule converges exponentially. Above, the sum ends so far below the peak that
+        // even t^2n does not reach there.
         let k = self.shape();
-        let depth = -(60.0 + 8.0 * n as f64).min(600.0);
         let g = |s: f64| k * s - exp(s) - (k * ln(k) - k);
-        let reach = |direction: f64| {
+        let reach = |direction: f64, depth: f64| {
             let (mut near, mut far) = (0.0, 1.0);
-            while g(ln(k) + direction * far) > depth {
+            while g(ln(k) + direction * far) > -depth {
                 near = far;
                 far *= 2.0;
             }
             for _ in 0..60 {
                 let mid = 0.5 * (near + far);
-                *(if g(ln(k) + direction * mid) > depth { &mut near } else { &mut far }) = mid;
+                *(if g(ln(k) + direction * mid) > -depth { &mut near } else { &mut far }) = mid;
             }
             ln(k) + direction * far
         };
-        let (lo, hi) = (reach(-1.0), reach(1.0));
-        let count = 4000;
+        let (lo, hi) = (reach(-1.0, 45.0), reach(1.0, (60.0 + 8.0 * n as f64).min(600.0)));
+        let count = ((hi - lo) / (0.4 / (k + 2.0 * n as f64).sqrt()).min(0.04)).ceil();
         let in_x = self.c >= 0.5;
-        let points: Vec<(f64, f64)> = (0..=count)
-            .map(|i| {
-                let s = lo + (hi - lo) * f64::from(i) / f64::from(count);
-                (if in_x { exp(s / self.c) } else { exp(s) }, exp(g(s)))
-            })
-            .collect();
+        let point = |i: usize| {
+            let s = lo + (hi - lo) * i as f64 / count;
+            (if in_x { exp(s / self.c) } else { exp(s) }, exp(g(s)))
+        };
+        let points: Vec<(f64, f64)> = (0..=count as usize).map(point).collect();
         let nodes = gauss(&points, n).into_iter();
         nodes.map(|(y, w)| (if in_x { self.scale * y } else { self.x(y) }, w)).collect()
     }

@@ -1,7 +1,11 @@
 //! Every law's sampler, density, distribution function and moments held together, and the statistics
 //! that judge them held to their own error rates.
 
+// The standard library's functions serve as the independent reference.
+#![allow(clippy::disallowed_methods)]
+
 mod orientations;
+mod reference;
 mod sizes;
 mod statistics;
 
