@@ -77,8 +77,7 @@ pub struct RunArgs {
 /// # Errors
 /// Every fault of the file, rendered.
 pub fn load(args: &SceneArgs) -> Result<(Scene, Plan), Failure> {
-    let options =
-        Options { allow_outside: args.allow_outside, defines: args.defines.clone() };
+    let options = Options { allow_outside: args.allow_outside, defines: args.defines.clone() };
     let scene = scene::read(&args.path, &options)
         .map_err(|d| Failure::Input(d.render_for_stderr().trim_end().to_owned()))?;
     let plan = planned(&scene)?;
@@ -258,9 +257,7 @@ fn expectations(scene: &Scene, result: &RunResult) -> (Vec<String>, bool) {
         });
         let (verdict, got) = match found.and_then(|f| f.value.map(|v| (v, f.error.unwrap_or(0.0)))) {
             None => (false, "no such figure".to_owned()),
-            Some((v, se)) => {
-                ((v - e.value).abs() <= e.error + 4.0 * se, text::with_error(v, Some(se)))
-            }
+            Some((v, se)) => ((v - e.value).abs() <= e.error + 4.0 * se, text::with_error(v, Some(se))),
         };
         all &= verdict;
         let word = if verdict { "holds" } else { "FAILS" };
@@ -347,15 +344,17 @@ pub fn cpu_seconds() -> f64 {
 /// A folder that cannot be read.
 pub fn materials(folder: &Path, filter: &str) -> Result<String, Failure> {
     let dir = folder.join("refractive-index");
-    let listing = std::fs::read_dir(&dir)
-        .map_err(|e| Failure::Input(format!("error: {}: {e}; --from names the folder `distributions`", dir.display())))?;
+    let listing = std::fs::read_dir(&dir).map_err(|e| {
+        Failure::Input(format!("error: {}: {e}; --from names the folder `distributions`", dir.display()))
+    })?;
     let mut names: Vec<PathBuf> = listing
         .filter_map(|e| e.ok().map(|e| e.path()))
         .filter(|p| p.extension().is_some_and(|x| x == "yml"))
         .filter(|p| p.to_string_lossy().to_lowercase().contains(&filter.to_lowercase()))
         .collect();
     names.sort();
-    let mut out = format!("{:<26} {:>14}  {:>22}  {:>22}  {:>22}\n", "file", "range nm", "457 nm", "557 nm", "650 nm");
+    let mut out =
+        format!("{:<26} {:>14}  {:>22}  {:>22}  {:>22}\n", "file", "range nm", "457 nm", "557 nm", "650 nm");
     for path in names {
         let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
         let text = std::fs::read_to_string(&path)

@@ -32,7 +32,7 @@ impl Lognormal {
     }
     #[inline]
     pub(super) fn sample(&self, stream: &mut Stream) -> f64 {
-        exp(self.mu + self.sigma * stream.normal())
+        crate::math::fast::exp(self.mu + self.sigma * stream.normal())
     }
     pub(super) fn nodes(&self, n: usize) -> Vec<(f64, f64)> {
         hermite(n).into_iter().map(|(z, w)| (exp(self.mu + self.sigma * z), w)).collect()

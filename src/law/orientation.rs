@@ -1,7 +1,7 @@
 //! Orientation laws: azimuth of a fibre axis in the sheet, tilt out of the sheet, roll of the section.
 
 use super::size::{LawError, check};
-use crate::math::{DVec3, PI, acos, asin, atan2, bessel_i0, cos, exp, sin, sin_cos};
+use crate::math::{DVec3, PI, TAU, acos, asin, atan2, bessel_i0, cos, exp, fast, sin, sin_cos};
 use crate::rng::Stream;
 
 /// Law of the in-plane azimuth φ of a fibre axis, rad from the machine direction x. An axis has no
@@ -71,6 +71,15 @@ impl Azimuth {
                 let (c, s) = stream.azimuth();
                 wrap(mean_direction + atan2((1.0 - rho) * s, (1.0 + rho) * c))
             }
+        }
+    }
+
+    /// Cosine and sine of one azimuth, with sine ≥ 0: the form that transport needs.
+    #[inline]
+    pub fn sample_cos_sin(&self, stream: &mut Stream) -> (f64, f64) {
+        match self {
+            Azimuth::Uniform => fast::cos_sin_turn(0.5 * stream.uniform()),
+            _ => fast::cos_sin_turn(self.sample(stream) / TAU),
         }
     }
 

@@ -28,9 +28,8 @@ pub fn result(scene: &Scene, plan: &Plan, outcome: &Outcome) -> RunResult {
 
 /// Effects of the plan, for result and manifest.
 pub fn effects(plan: &Plan) -> Ordered<EffectUsed> {
-    let used = |e: &crate::scene::plan::Effect| {
-        (e.name.to_owned(), EffectUsed { on: e.on, why: e.reason.clone() })
-    };
+    let used =
+        |e: &crate::scene::plan::Effect| (e.name.to_owned(), EffectUsed { on: e.on, why: e.reason.clone() });
     Ordered(plan.effects.iter().map(used).collect())
 }
 

@@ -63,10 +63,8 @@ fn spectrum(folder: &RunFolder, scene: &Scene, result: &RunResult) -> io::Result
     let mut curves: Vec<Curve> = Vec::new();
     for (name, label) in names {
         let of: Vec<_> = result.figures.iter().filter(|f| f.name == name && f.component.is_none()).collect();
-        let points: Vec<(f64, f64, f64)> = of
-            .iter()
-            .filter_map(|f| Some((f.wavelength_nm?, f.value?, f.error.unwrap_or(0.0))))
-            .collect();
+        let points: Vec<(f64, f64, f64)> =
+            of.iter().filter_map(|f| Some((f.wavelength_nm?, f.value?, f.error.unwrap_or(0.0)))).collect();
         rows.extend(points.iter().map(|&(nm, value, error)| SpectrumRow {
             series: label.to_owned(),
             wavelength_nm: nm,

@@ -98,7 +98,9 @@ pub fn simulate(
         let group = index as u64;
         let result = match (&plan.universe, wavelengths.len()) {
             (AnyUniverse::Statistical(u), 1) => one::<_, 1>(scene, plan, u, wavelengths, group, &mut tell),
-            (AnyUniverse::Statistical(u), _) => one::<_, LANES>(scene, plan, u, wavelengths, group, &mut tell),
+            (AnyUniverse::Statistical(u), _) => {
+                one::<_, LANES>(scene, plan, u, wavelengths, group, &mut tell)
+            }
             (AnyUniverse::Synthetic(u), 1) => one::<_, 1>(scene, plan, u, wavelengths, group, &mut tell),
             (AnyUniverse::Synthetic(u), _) => one::<_, LANES>(scene, plan, u, wavelengths, group, &mut tell),
         }?;

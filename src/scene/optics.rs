@@ -44,13 +44,8 @@ pub fn light<const N: usize>(
 /// # Errors
 /// A SAP that cannot be made.
 pub fn split<const N: usize>(light: &Light<N>, nside: u32, floor: f64) -> Result<Split, String> {
-    let rule = SapRule {
-        nside,
-        exact: true,
-        directions: SapDirections::Density,
-        resolved: true,
-        roll_random: true,
-    };
+    let rule =
+        SapRule { nside, exact: true, directions: SapDirections::Density, resolved: true, roll_random: true };
     let text = |e: crate::sap::SapError| e.to_string();
     let media = light
         .media
@@ -64,7 +59,9 @@ pub fn split<const N: usize>(light: &Light<N>, nside: u32, floor: f64) -> Result
         .iter()
         .map(|s| {
             let smooth = matches!(s.directions, Directions::Smooth);
-            (!smooth).then(|| SurfaceSap::new(&s.directions, s.sap.as_ref().map_or(rule, |x| x.rule()), &etas)).transpose()
+            (!smooth)
+                .then(|| SurfaceSap::new(&s.directions, s.sap.as_ref().map_or(rule, |x| x.rule()), &etas))
+                .transpose()
         })
         .collect::<Result<_, _>>()
         .map_err(text)?;
@@ -127,7 +124,11 @@ fn phase_of(mut parts: Vec<(f64, Phase)>) -> Result<Phase, String> {
     }
 }
 
-fn medium<const N: usize>(scene: &model::Scene, origin: &Origin, wavelengths: &[f64]) -> Result<Medium<N>, String> {
+fn medium<const N: usize>(
+    scene: &model::Scene,
+    origin: &Origin,
+    wavelengths: &[f64],
+) -> Result<Medium<N>, String> {
     let average;
     let (parts, sap): (&[(usize, f64)], _) = match origin {
         Origin::Material(i) => {
@@ -210,7 +211,12 @@ fn surface_law<const N: usize>(
         }
         _ => None,
     };
-    Ok(SurfaceLaw { directions, ratio: ratio(&surface.ratio, wavelengths).map_err(of)?, opaque: surface.opaque, sap })
+    Ok(SurfaceLaw {
+        directions,
+        ratio: ratio(&surface.ratio, wavelengths).map_err(of)?,
+        opaque: surface.opaque,
+        sap,
+    })
 }
 
 fn slope_law(slopes: model::Slopes) -> Slopes {
@@ -253,7 +259,8 @@ fn bilinear(rows: &[f64], columns: &[f64], values: &[f64], nm: f64, theta: f64) 
     let (i, f) = cell(rows, nm);
     let (j, g) = cell(columns, theta);
     let at = |i: usize, j: usize| values[i.min(rows.len() - 1) * columns.len() + j.min(columns.len() - 1)];
-    Ok((1.0 - f) * ((1.0 - g) * at(i, j) + g * at(i, j + 1)) + f * ((1.0 - g) * at(i + 1, j) + g * at(i + 1, j + 1)))
+    Ok((1.0 - f) * ((1.0 - g) * at(i, j) + g * at(i, j + 1))
+        + f * ((1.0 - g) * at(i + 1, j) + g * at(i + 1, j + 1)))
 }
 
 fn cell(knots: &[f64], x: f64) -> (usize, f64) {

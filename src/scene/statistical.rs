@@ -105,13 +105,13 @@ fn populate(
     scene: &model::Scene,
     media: &mut Media,
 ) -> Result<(Population, Option<LayerReport>), String> {
-    let empty = |slab| Population { slab, kinds: vec![], density: vec![], share: vec![], solid: vec![], grace: None };
+    let empty =
+        |slab| Population { slab, kinds: vec![], density: vec![], share: vec![], solid: vec![], grace: None };
     if layer.components.is_empty() {
         return Ok((empty(slab), None));
     }
     let contained = sheet.edges == Edges::Contained && layer.grace.is_none();
-    let kinds: Vec<Kind> =
-        layer.components.iter().enumerate().map(|(i, c)| kind(c, i, media)).collect();
+    let kinds: Vec<Kind> = layer.components.iter().enumerate().map(|(i, c)| kind(c, i, media)).collect();
     let cover: Vec<Coverage> = kinds.iter().map(|k| coverage(k, layer.thickness, contained)).collect();
     let rate = rate_of(sheet, layer, scene);
     let targets: Vec<Target> =
@@ -156,11 +156,7 @@ fn named(e: &AmountError, layer: &Layer) -> String {
 
 /// Volume shares of all materials of a layer whose bodies are invisible to refraction: then the
 /// homogeneous rung is the volume-averaged medium. `None` if any index differs.
-fn matched_parts(
-    layer: &Layer,
-    shares: &[(f64, f64)],
-    scene: &model::Scene,
-) -> Option<Vec<(usize, f64)>> {
+fn matched_parts(layer: &Layer, shares: &[(f64, f64)], scene: &model::Scene) -> Option<Vec<(usize, f64)>> {
     let pore = &scene.materials[usize::from(layer.pore.0)];
     let mut parts = Vec::new();
     let mut rest = 1.0;

@@ -14,9 +14,12 @@ pub fn universe(scene: &Synthetic) -> Result<SyntheticUniverse, Error> {
 }
 
 fn parts(body: &Body, id: BodyId) -> Vec<Part> {
-    let part = |shape, medium| Part { shape, medium, surface: body.surface, priority: body.priority, body: id };
+    let part =
+        |shape, medium| Part { shape, medium, surface: body.surface, priority: body.priority, body: id };
     let mut parts = vec![part(placed(&body.geometry), body.material)];
-    if let Geometry::Cylinder { centre, axis, major, half_length, lumen: Some(((a, b), medium)), .. } = body.geometry {
+    if let Geometry::Cylinder { centre, axis, major, half_length, lumen: Some(((a, b), medium)), .. } =
+        body.geometry
+    {
         let lumen = Shape::Cylinder(EllipticCylinder { a, b, half_length });
         parts.push(part(Placed::new(lumen, centre, frame(axis, major)), medium));
     }

@@ -33,7 +33,8 @@ fn case(layers: &str, n_top: f64, backing: Option<f64>, incidence: &str, shift_g
     let mut top = height;
     for (i, [n, albedo, g, tau]) in layers.iter().enumerate() {
         let medium = Medium::clear(*n);
-        let phase = if *g == 0.0 && shift_g == 0.0 { Phase::Isotropic } else { Phase::HenyeyGreenstein(g + shift_g) };
+        let phase =
+            if *g == 0.0 && shift_g == 0.0 { Phase::Isotropic } else { Phase::HenyeyGreenstein(g + shift_g) };
         media.push(medium.with([1.0 - albedo], *albedo, phase));
         let bottom = if i + 1 == layers.len() { 0.0 } else { top - tau };
         slabs.push(Population {
@@ -154,7 +155,9 @@ fn slab_totals_long() {
 fn slab_totals_notice_g() {
     let failing = rows("slab_totals.csv")
         .iter()
-        .filter(|r| r.text("case").starts_with("paper_mus50_g0.5") || r.text("case").starts_with("vandeHulst_g"))
+        .filter(|r| {
+            r.text("case").starts_with("paper_mus50_g0.5") || r.text("case").starts_with("vandeHulst_g")
+        })
         .filter(|r| matches!(totals(r, 0.02, 0.0..2000.0), Check::Deviation(d) if d > 1.0))
         .count();
     assert!(failing >= 8, "only {failing} rows notice g + 0.02");
@@ -166,13 +169,25 @@ fn p1_and_p2() {
     let p1 = case("[[1.0, 0.9, 0.75, 2.0]]", 1.0, None, "1.0", 0.0);
     let node = p1.run(&p1.layout(), 20_261_122, 4_000_000);
     let (r, t) = (node.moments(0, 0, 1), node.moments(1, 0, 1));
-    println!("P1 R {:.6} ± {:.6} T {:.6} ± {:.6}", r.mean(), r.standard_error(), t.mean(), t.standard_error());
+    println!(
+        "P1 R {:.6} ± {:.6} T {:.6} ± {:.6}",
+        r.mean(),
+        r.standard_error(),
+        t.mean(),
+        t.standard_error()
+    );
     assert!((r.mean() - 0.097395).abs() < 4.0 * r.standard_error() && r.standard_error() < 1.5e-4);
     assert!((t.mean() - 0.660958).abs() < 4.0 * t.standard_error() && t.standard_error() < 2e-4);
     let p2 = case("[[1.5, 0.9998750156230471, 0.6, 8.001]]", 1.0, None, "1.0", 0.0);
     let node = p2.run(&p2.layout(), 20_261_122, 2_000_000);
     let (r, t) = (node.moments(0, 0, 1), node.moments(1, 0, 1));
-    println!("P2 R {:.5} ± {:.5} T {:.5} ± {:.5}", r.mean(), r.standard_error(), t.mean(), t.standard_error());
+    println!(
+        "P2 R {:.5} ± {:.5} T {:.5} ± {:.5}",
+        r.mean(),
+        r.standard_error(),
+        t.mean(),
+        t.standard_error()
+    );
     assert!((r.mean() - 0.5799).abs() < 4.0 * r.standard_error() + 1e-4 && r.standard_error() < 4e-4);
     assert!((t.mean() - 0.4153).abs() < 4.0 * t.standard_error() + 1e-4);
 }
@@ -232,7 +247,9 @@ fn slab_angular() {
             }
             // Power in the ring: f · 2π ∫ μ dμ = f · 2π · 2 μ half.
             let ring = std::f64::consts::TAU * 2.0 * mu * half * count as f64;
-            for (side, column) in ["BRDF_refl_diffuse_part_per_sr", "BTDF_trans_diffuse_part_per_sr"].iter().enumerate() {
+            for (side, column) in
+                ["BRDF_refl_diffuse_part_per_sr", "BTDF_trans_diffuse_part_per_sr"].iter().enumerate()
+            {
                 let (got, se) = (bin[side][0] / ring, bin[side][1].sqrt() / ring);
                 let want = row.f(column);
                 let d = (got - want).abs() / (4.0 * se + 0.01 * want);
@@ -261,7 +278,8 @@ fn slab_fluence() {
         for row in group {
             let x = row.f("tau_depth") / tau * f64::from(BINS);
             let edge = x.round() as usize;
-            let bins: Vec<usize> = [edge.checked_sub(1), (edge < BINS as usize).then_some(edge)].into_iter().flatten().collect();
+            let bins: Vec<usize> =
+                [edge.checked_sub(1), (edge < BINS as usize).then_some(edge)].into_iter().flatten().collect();
             let (mut got, mut variance) = (0.0, 0.0);
             for bin in &bins {
                 let m = node.moments(layout.depth_cell(MediumId(1), *bin) + 1, 0, 1);

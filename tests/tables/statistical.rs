@@ -16,7 +16,14 @@ fn quick() {
         let l = light(Medium::clear(1.0), Some(opaque_lambertian(rho)));
         let t0 = Instant::now();
         let t = run(&u, &l, &diffuse(10.0), 10.0, 400_000);
-        println!("white CLS rho {rho} R {:?} T {:?} path {:?} coll {:?} {:?}", t.r(), t.t(), t.path(AIR), t.interfaces(), t0.elapsed());
+        println!(
+            "white CLS rho {rho} R {:?} T {:?} path {:?} coll {:?} {:?}",
+            t.r(),
+            t.t(),
+            t.path(AIR),
+            t.interfaces(),
+            t0.elapsed()
+        );
     }
     for (rung, name) in [(Rung::Forgetful, "LCLS"), (Rung::Markov, "MARKOV")] {
         for c in [1.0, 0.9] {
@@ -41,7 +48,15 @@ fn quick() {
                     let l = light(Medium::clear(1.55).with([alpha], 0.0, Phase::Isotropic), None);
                     let t0 = Instant::now();
                     let t = run(&u, &l, &src, 4.0, 400_000);
-                    println!("hollow {wall:?} contained {contained} {name} a {alpha} R {:?} T {:?} wall {:?} air {:?} int {:?} {:?}", t.r(), t.t(), t.path(SOLID), t.path(AIR), t.interfaces(), t0.elapsed());
+                    println!(
+                        "hollow {wall:?} contained {contained} {name} a {alpha} R {:?} T {:?} wall {:?} air {:?} int {:?} {:?}",
+                        t.r(),
+                        t.t(),
+                        t.path(SOLID),
+                        t.path(AIR),
+                        t.interfaces(),
+                        t0.elapsed()
+                    );
                 }
             }
         }

@@ -78,7 +78,14 @@ impl Sheet {
 
     pub fn build(self) -> StatisticalUniverse {
         let kind = Kind::new(
-            self.sizes, Azimuth::Uniform, self.tilt, Roll::Uniform, SOLID, AIR, self.surface, BodyId(1),
+            self.sizes,
+            Azimuth::Uniform,
+            self.tilt,
+            Roll::Uniform,
+            SOLID,
+            AIR,
+            self.surface,
+            BodyId(1),
         );
         let cover = [coverage(&kind, self.height, self.contained)];
         let density = densities(self.rule, &[self.target], &cover).unwrap();
@@ -126,16 +133,7 @@ pub fn normal(height: f64) -> Source {
 }
 
 pub fn layout(media: usize) -> Layout {
-    Layout {
-        lanes: 1,
-        media,
-        angular: None,
-        depth: None,
-        checkpoint: None,
-        path: true,
-        view: None,
-        pile: 1,
-    }
+    Layout { lanes: 1, media, angular: None, depth: None, checkpoint: None, path: true, view: None, pile: 1 }
 }
 
 pub fn run<U: Universe>(universe: &U, light: &Light<1>, source: &Source, height: f64, count: u64) -> Totals {
@@ -162,7 +160,8 @@ pub fn run_with<U: Universe>(
         backing: None,
         analog: false,
     };
-    let node = run_group(&world, source, &layout, Histories { seed: 20_261_122, group: 0, count }, |_, _| true);
+    let node =
+        run_group(&world, source, &layout, Histories { seed: 20_261_122, group: 0, count }, |_, _| true);
     assert!(node.worst_imbalance < 1e-12, "ledger off by {}", node.worst_imbalance);
     assert_eq!((node.lost, node.capped), (0, 0), "lost, capped");
     Totals { node, layout }

@@ -65,19 +65,14 @@ fn the_fast_path_is_the_complex_one() {
         for n2 in indices() {
             for c in cosines() {
                 let (i, f) = (dielectric(n1, n2, c), Fresnel::new(n1.into(), n2.into(), 1.0, c));
-                assert!((i.r - f.reflectance()).abs() <= 4e-16, "{n1} {n2} {c}");
+                // The paths round q² differently by some ulp of its terms; T goes with q.
+                let relative = 1e-15 * (4.0 + 1.0 / f.q.re.powi(2).max(1e-300));
+                assert!((i.r - f.reflectance()).abs() <= 4e-16 + relative * i.t, "{n1} {n2} {c}");
                 // 1e-300: the last cosines are subnormal.
-<<<<<<< HEAD
-                assert!(
-                    (i.t - f.transmittance()).abs() <= 1e-14 * i.t + 1e-300,
-                    "{n1} {n2} {c}: {i:?} {f:?}"
-                );
-=======
                 let off = (i.t - f.transmittance()).abs();
                 assert!(off <= relative * i.t + 1e-300, "{n1} {n2} {c}: {i:?} {f:?}");
->>>>>>> h/scene
                 let cos_t = refraction_angle_absorbing(n1, n2.into(), c);
-                assert!((i.cos_t - cos_t).abs() <= 1e-15, "{n1} {n2} {c}: {} {cos_t}", i.cos_t);
+                assert!((i.cos_t - cos_t).abs() <= relative * i.cos_t, "{n1} {n2} {c}: {} {cos_t}", i.cos_t);
             }
         }
     }
@@ -190,7 +185,7 @@ fn directions_are_unit_and_obey_snell() {
     let n = DVec3::new(0.3, -0.5, 0.8).normalize();
     let side = crate::math::orthonormal(n).0;
     for c in [1.0, 0.999_999, 0.7, 0.3, 1e-3, 1e-9] {
-        let sin = ((1.0 - c) * (1.0 + c) as f64).sqrt();
+        let sin = f64::sqrt((1.0 - c) * (1.0 + c));
         let u = side * sin - n * c;
         for (n1, n2) in [(1.0, 1.5), (1.5, 1.55), (1.5, 1.0), (1.0, 1.0 + 1e-12)] {
             let i = dielectric(n1, n2, c);

@@ -135,15 +135,15 @@ fn sample_sizes(sizes: &Sizes, rng: &mut Stream) -> (HalfAxes, Option<HalfAxes>)
         Sizes::Fibre { width, flatness, wall } => {
             let a = 0.5 * width.sample(rng);
             let b = a * flatness.sample(rng);
-            (HalfAxes { a, b, c: f64::INFINITY }, wall.as_ref().and_then(|w| lumen_of(a, b, w.sample(rng))))
+            (HalfAxes::fibre(a, b), wall.as_ref().and_then(|w| lumen_of(a, b, w.sample(rng))))
         }
         Sizes::Sphere(d) => {
             let r = 0.5 * d.sample(rng);
-            (HalfAxes { a: r, b: r, c: r }, None)
+            (HalfAxes::new(r, r, r), None)
         }
         Sizes::Ellipsoid(axes) => {
             let h = [0, 1, 2].map(|i| 0.5 * axes[i].sample(rng));
-            (HalfAxes { a: h[0], b: h[1], c: h[2] }, None)
+            (HalfAxes::new(h[0], h[1], h[2]), None)
         }
     }
 }

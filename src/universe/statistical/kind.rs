@@ -119,9 +119,9 @@ impl Kind {
             return Frame { x: DVec3::X, y: DVec3::Y, z: DVec3::Z };
         }
         let tilt = self.tilt.sample(rng);
-        let phi = self.azimuth.sample(rng);
+        let azimuth = self.azimuth.sample_cos_sin(rng);
         let roll = self.roll.sample(rng);
-        oriented(phi, tilt, roll, self.is_fibre())
+        oriented(azimuth, tilt, roll, self.is_fibre())
     }
 
     /// One candidate for a hit by a ray along `dir` that passes the point `at`: `None` if the
@@ -131,29 +131,31 @@ impl Kind {
         let d = frame.to_local(dir);
         match (&self.met, &self.sizes) {
             (Met::Fibre { width }, Sizes::Fibre { flatness, wall, .. }) => {
-                let a = 0.5 * width.sample(rng);
-                let b = a * flatness.sample(rng);
-                let outer = HalfAxes { a, b, c: f64::INFINITY };
                 // Offset of the axis from the ray, uniform over the majorant width 2a: what falls
-                // beyond the true half width w(ψ)/2, or is lost to sin γ, is no hit.
+                // beyond the true half width w(ψ)/2, or is lost to sin γ, is no hit. Neither depends
+                // on the size itself, which is drawn only for a hit.
                 let sin2 = d.x * d.x + d.y * d.y;
                 let sin = sin2.sqrt();
                 if rng.uniform() >= sin {
                     return None;
                 }
                 let (ex, ey) = (d.x / sin, d.y / sin);
-                let half_width = (a * a * ey * ey + b * b * ex * ex).sqrt();
-                let offset = a * (2.0 * rng.uniform() - 1.0);
+                let flat = flatness.sample(rng);
+                let half_width = (ey * ey + flat * flat * ex * ex).sqrt();
+                let offset = 2.0 * rng.uniform() - 1.0;
                 if offset.abs() >= half_width {
                     return None;
                 }
+                let a = 0.5 * width.sample(rng);
+                let b = a * flat;
+                let outer = HalfAxes::fibre(a, b);
                 let lumen = wall.as_ref().and_then(|w| lumen_of(a, b, w.sample(rng)));
                 let local = section_entry(a, b, ex, ey, offset / half_width);
                 Some(placed(frame, outer, lumen, local, at, kind))
             }
             (Met::Sphere { diameter }, _) => {
                 let r = 0.5 * diameter.sample(rng);
-                let outer = HalfAxes { a: r, b: r, c: r };
+                let outer = HalfAxes::new(r, r, r);
                 let local = ball_entry(d, rng) * r;
                 Some(placed(frame, outer, None, local, at, kind))
             }
@@ -180,7 +182,7 @@ impl Kind {
                 let scaled = DVec3::new(d.x / a, d.y / b, d.z / c).normalize();
                 let e = ball_entry(scaled, rng);
                 let local = DVec3::new(a * e.x, b * e.y, c * e.z);
-                Some(placed(frame, HalfAxes { a, b, c }, None, local, at, kind))
+                Some(placed(frame, HalfAxes::new(a, b, c), None, local, at, kind))
             }
             _ => unreachable!("met and sizes are made together"),
         }
@@ -195,15 +197,15 @@ impl Kind {
                 let a = 0.5 * width.tilted(2.0).sample(rng);
                 let b = a * flatness.tilted(1.0).sample(rng);
                 let lumen = wall.as_ref().and_then(|w| lumen_of(a, b, w.sample(rng)));
-                (HalfAxes { a, b, c: f64::INFINITY }, lumen)
+                (HalfAxes::fibre(a, b), lumen)
             }
             Sizes::Sphere(d) => {
                 let r = 0.5 * d.tilted(3.0).sample(rng);
-                (HalfAxes { a: r, b: r, c: r }, None)
+                (HalfAxes::new(r, r, r), None)
             }
             Sizes::Ellipsoid(axes) => {
                 let h = [0, 1, 2].map(|i| 0.5 * axes[i].tilted(1.0).sample(rng));
-                (HalfAxes { a: h[0], b: h[1], c: h[2] }, None)
+                (HalfAxes::new(h[0], h[1], h[2]), None)
             }
         };
         let (cos, sin) = rng.azimuth();
@@ -220,12 +222,12 @@ impl Kind {
     }
 }
 
-/// Frame of a body with in-plane azimuth `phi`, tilt and roll. For fibres z is the axis and roll 0
+/// Frame of a body with in-plane azimuth (cosine, sine), tilt and roll. For fibres z is the axis and roll 0
 /// lays the major axis into the sheet plane; for flakes roll 0 lays the third axis along the sheet
 /// normal, `tilt` tips it.
-pub fn oriented(phi: f64, tilt: f64, roll: f64, fibre: bool) -> Frame {
-    let axis = crate::law::axis(phi, tilt);
-    let (sin_p, cos_p) = crate::math::sin_cos(phi);
+pub fn oriented((cos_p, sin_p): (f64, f64), tilt: f64, roll: f64, fibre: bool) -> Frame {
+    let (sin_t, cos_t) = if tilt == 0.0 { (0.0, 1.0) } else { crate::math::sin_cos(tilt) };
+    let axis = DVec3::new(cos_p * cos_t, sin_p * cos_t, sin_t);
     let side = DVec3::new(-sin_p, cos_p, 0.0);
     let up = axis.cross(side);
     let (sin_r, cos_r) = if roll == 0.0 { (0.0, 1.0) } else { crate::math::sin_cos(roll) };
@@ -237,7 +239,7 @@ pub fn oriented(phi: f64, tilt: f64, roll: f64, fibre: bool) -> Frame {
 /// fibre is fully collapsed.
 #[inline]
 pub fn lumen_of(a: f64, b: f64, t: f64) -> Option<HalfAxes> {
-    (t < a && t < b).then(|| HalfAxes { a: a - t, b: b - t, c: f64::INFINITY })
+    (t < a && t < b).then(|| HalfAxes::fibre(a - t, b - t))
 }
 
 /// Entry point of a line along (ex, ey) into the ellipse, at `offset` in (−1, 1) of its half shadow.

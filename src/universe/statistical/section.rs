@@ -12,20 +12,28 @@ pub struct HalfAxes {
     pub b: f64,
     /// Along the frame's z.
     pub c: f64,
+    /// Reciprocals: an unbounded half axis gives 0, so that the quadric of a cylinder is that of an
+    /// ellipsoid with the axial term gone.
+    inverse: DVec3,
 }
 
 impl HalfAxes {
-    /// Reciprocal half axes: an unbounded one gives 0, so that the quadric of a cylinder is that of
-    /// an ellipsoid with the axial term gone.
+    /// Ellipsoid with these half axes.
     #[inline]
-    fn inverse(&self) -> DVec3 {
-        DVec3::new(1.0 / self.a, 1.0 / self.b, 1.0 / self.c)
+    pub fn new(a: f64, b: f64, c: f64) -> Self {
+        HalfAxes { a, b, c, inverse: DVec3::new(1.0 / a, 1.0 / b, 1.0 / c) }
+    }
+
+    /// Unbounded cylinder of elliptic section.
+    #[inline]
+    pub fn fibre(a: f64, b: f64) -> Self {
+        HalfAxes { a, b, c: f64::INFINITY, inverse: DVec3::new(1.0 / a, 1.0 / b, 0.0) }
     }
 
     /// Both crossings of the line o + t d (local coordinates) with the surface.
     #[inline]
     pub fn crossings(&self, o: DVec3, d: DVec3) -> Option<(f64, f64)> {
-        let inv = self.inverse();
+        let inv = self.inverse;
         let (p, q) = (o * inv, d * inv);
         let dd = q.length_squared();
         if dd < 1e-280 {
@@ -39,7 +47,7 @@ impl HalfAxes {
     /// Outward unit normal at a surface point (local coordinates).
     #[inline]
     pub fn normal(&self, p: DVec3) -> DVec3 {
-        let inv = self.inverse();
+        let inv = self.inverse;
         (p * inv * inv).normalize()
     }
 
