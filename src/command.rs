@@ -248,11 +248,12 @@ fn expectations(scene: &Scene, result: &RunResult) -> (Vec<String>, bool) {
     let mut lines = Vec::new();
     let mut all = true;
     for e in &scene.expects {
-        let at = e.wavelength.map_or(String::new(), |nm| format!(" at {nm} nm"));
+        let mut at = e.component.as_ref().map_or(String::new(), |c| format!(" [{c}]"));
+        at += &e.wavelength.map_or(String::new(), |nm| format!(" at {nm} nm"));
         let wanted = e.wavelength.or_else(|| (scene.wavelengths.len() == 1).then(|| scene.wavelengths[0]));
         let found = result.figures.iter().find(|f| {
             f.name == e.quantity
-                && f.component.is_none()
+                && f.component == e.component
                 && (f.wavelength_nm.is_none() || f.wavelength_nm == wanted)
         });
         let (verdict, got) = match found.and_then(|f| f.value.map(|v| (v, f.error.unwrap_or(0.0)))) {

@@ -574,6 +574,8 @@ pub struct Expect {
     pub quantity: String,
     /// Wavelength, nm, if the figure has one.
     pub wavelength: Option<f64>,
+    /// Component, if the figure has one.
+    pub component: Option<String>,
     /// Value.
     pub value: f64,
     /// Absolute tolerance, beside 4 standard errors.

@@ -139,6 +139,7 @@ impl Reading<'_> {
         Expect {
             quantity: e.text("quantity").unwrap_or_default().to_string(),
             wavelength,
+            component: e.text("component").map(str::to_string),
             value: e.number("value").unwrap_or(0.0),
             error: e.number("error").unwrap_or(0.0),
             source: e.text("source").unwrap_or_default().to_string(),

@@ -244,6 +244,7 @@ const RUN: &[A] = &[
 const EXPECT: &[A] = &[
     w("quantity", Text, Required, "Name of the figure, as in result.json."),
     a("wavelength", Number(Q::Wavelength), NM, Optional, "Its wavelength, if it has one."),
+    w("component", Text, Optional, "Its component, if it has one (as in result.json)."),
     a("value", Number(Q::Number), ANY, Required, "Expected value."),
     a("error", Number(Q::Number), NOT_NEG, Default("0"), "Absolute tolerance, beside 4 standard errors."),
     w("source", Text, Required, "Where the value comes from."),
