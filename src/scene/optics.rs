@@ -17,7 +17,7 @@ use crate::sap::SapDirections;
 /// Steps of θ in the table of an angular reflection ratio.
 const ANGLES: usize = 361;
 /// Nodes of a particle size law.
-const SIZE_NODES: usize = 48;
+const SIZE_NODES: usize = 32;
 
 /// Media and surfaces at `wavelengths` (nm, at most `N`).
 ///
@@ -104,7 +104,7 @@ fn constants(material: &model::Material, nm: f64) -> Result<Constants, String> {
             }
             Scatterer::Mie { diameter, index, volume_fraction } => {
                 let particle = index.at(nm).map_err(|e| of(e.to_string()))?;
-                let nodes = diameter.nodes(SIZE_NODES);
+                let nodes = sizes_that_count(diameter);
                 let s = mie::suspension(&nodes, particle, n.re, nm, *volume_fraction)
                     .map_err(|e| of(e.to_string()))?;
                 mu_a += s.mu_a;
@@ -114,6 +114,22 @@ fn constants(material: &model::Material, nm: f64) -> Result<Constants, String> {
     }
     phases.retain(|(mu_s, _)| *mu_s > 0.0);
     Ok(Constants { n, mu_a, mu_s: phases.iter().map(|p| p.0).sum(), phases })
+}
+
+/// Nodes of a size law without the far tails: what is left out holds less than 1e-6 of the particles'
+/// projected area and of their volume, and would cost most of the work (Mie series grow with size).
+fn sizes_that_count(diameter: &crate::law::SizeLaw) -> Vec<(f64, f64)> {
+    const LEFT_OUT: f64 = 1e-6;
+    let nodes = diameter.nodes(SIZE_NODES);
+    let share = |power: i32| -> Vec<f64> {
+        let part: Vec<f64> = nodes.iter().map(|(d, p)| p * d.powi(power)).collect();
+        let total: f64 = part.iter().sum();
+        part.iter().map(|x| x / total).collect()
+    };
+    let (area, volume) = (share(2), share(3));
+    let limit = LEFT_OUT / SIZE_NODES as f64;
+    let kept = nodes.iter().enumerate().filter(|(i, _)| area[*i] > limit || volume[*i] > limit);
+    kept.map(|(_, n)| *n).collect()
 }
 
 fn phase_of(mut parts: Vec<(f64, Phase)>) -> Result<Phase, String> {
