@@ -183,8 +183,9 @@ pub fn attenuate<U: Universe, S: Scorer<N>, const N: usize>(
                 absorbed = path.power;
             }
         } else {
-            for ((a, p), mu) in absorbed.iter_mut().zip(&path.power).zip(&medium.mu_a) {
-                *a = p * fast::one_minus_exp_neg(mu * distance);
+            absorbed = fast::one_minus_exp_neg_each(&scaled(&medium.mu_a, distance));
+            for (a, p) in absorbed.iter_mut().zip(&path.power) {
+                *a *= p;
             }
         }
         add(&mut h.ledger.absorbed, &absorbed);
