@@ -183,7 +183,8 @@ pub fn attenuate<U: Universe, S: Scorer<N>, const N: usize>(
                 absorbed = path.power;
             }
         } else {
-            absorbed = fast::one_minus_exp_neg_each(&scaled(&medium.mu_a, distance));
+            // A lane without absorption stays without, however far: 0 · ∞ is no number.
+            absorbed = fast::one_minus_exp_neg_each(&scaled(&medium.mu_a, distance.min(f64::MAX)));
             for (a, p) in absorbed.iter_mut().zip(&path.power) {
                 *a *= p;
             }

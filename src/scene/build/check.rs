@@ -4,20 +4,28 @@
 use super::{Node, Reading};
 use crate::law::SizeLaw;
 use crate::math::PI;
-use crate::rng::{Purpose, Stream};
 use crate::scene::adapters;
 use crate::scene::diagnostic::{Diagnostic, Place};
 use crate::scene::model::*;
 use crate::universe::MediumId;
 
-/// Draws for means over several laws: 0.3 % of a mean at a spread of 40 %.
-const DRAWS: usize = 16_384;
+/// Nodes of each law in means over several: smooth functions are exact, the kink of full collapse costs
+/// some 0.1 %.
+const NODES: usize = 24;
 
-/// Mean of a function of independent sizes.
+/// Mean of a function of independent sizes, by product quadrature.
 fn mean_of<const N: usize>(laws: [&SizeLaw; N], f: impl Fn([f64; N]) -> f64) -> f64 {
-    let mut rng = Stream::of(1, 0, 0, Purpose::Probe);
-    let sum: f64 = (0..DRAWS).map(|_| f(laws.map(|l| l.sample(&mut rng)))).sum();
-    sum / DRAWS as f64
+    let nodes = laws.map(|l| l.nodes(NODES));
+    let mut index = [0; N];
+    let mut sum = 0.0;
+    loop {
+        let weight: f64 = (0..N).map(|k| nodes[k][index[k]].1).product();
+        sum += weight * f(std::array::from_fn(|k| nodes[k][index[k]].0));
+        // The next combination, as a counter counts.
+        let Some(k) = (0..N).find(|&k| index[k] + 1 < nodes[k].len()) else { return sum };
+        index[..k].fill(0);
+        index[k] += 1;
+    }
 }
 
 /// Mean areas of the whole section and of its wall, µm². The section is an ellipse with half axes a, b;
