@@ -132,7 +132,7 @@ impl Sheet {
         }
     }
 
-    pub fn build(self) -> StatisticalUniverse {
+    pub fn build(&self) -> StatisticalUniverse {
         StatisticalUniverse::new(vec![self.population(0.0)], self.rules())
     }
 }
