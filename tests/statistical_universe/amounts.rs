@@ -27,7 +27,16 @@ impl Fibre {
             flatness: SizeLaw::Constant(self.b / self.a),
             wall: self.wall.map(SizeLaw::Constant),
         };
-        Kind::new(sizes, Azimuth::Uniform, Tilt::InPlane, Roll::Flat, SOLID, AIR, SurfaceId::SMOOTH, BodyId(1))
+        Kind::new(
+            sizes,
+            Azimuth::Uniform,
+            Tilt::InPlane,
+            Roll::Flat,
+            SOLID,
+            AIR,
+            SurfaceId::SMOOTH,
+            BodyId(1),
+        )
     }
     /// Whether a point at offsets (across in the plane, up) from the axis lies in the body, in its solid.
     fn holds(&self, across: f64, up: f64) -> (bool, bool) {
@@ -54,7 +63,14 @@ fn counted(fibres: &[Fibre], nu: &[f64], contained: bool, rule: Rule, realisatio
             for _ in 0..poisson(mean, &mut rng) {
                 let phi = PI * rng.uniform();
                 let offset = HALF * (2.0 * rng.uniform() - 1.0);
-                lines.push((i, phi.sin(), phi.cos(), offset, low + (high - low) * rng.uniform(), rng.uniform()));
+                lines.push((
+                    i,
+                    phi.sin(),
+                    phi.cos(),
+                    offset,
+                    low + (high - low) * rng.uniform(),
+                    rng.uniform(),
+                ));
             }
         }
         let mut hits = vec![0_u32; fibres.len()];
@@ -128,7 +144,11 @@ fn grammage_stands_after_overlaps() {
                     assert!(off.abs() < 0.01 && 2.5 * se < 0.01 * want, "{name} {rule:?} {contained}");
                 }
                 // It bites: the density that ignores overlaps holds less.
-                let naive: Vec<_> = wanted.iter().zip(fibres).map(|(w, f)| w / coverage(&f.kind(), 1e6, false).solid).collect();
+                let naive: Vec<_> = wanted
+                    .iter()
+                    .zip(fibres)
+                    .map(|(w, f)| w / coverage(&f.kind(), 1e6, false).solid)
+                    .collect();
                 let predicted = averages(rule, &naive, &cover);
                 assert!(predicted[0].0 < 0.95 * wanted[0], "overlaps must show");
             }
@@ -146,7 +166,9 @@ fn along_rays(sheet: &Sheet, diffuse_light: bool, count: u64) -> (f64, f64) {
         let dir = if diffuse_light { down((1.0 - rng.uniform()).sqrt().min(1.0).acos()) } else { down(0.0) };
         let ray = Ray { origin: DVec3::new(0.0, 0.0, height), dir };
         let mut wall = 0.0;
-        straight(&universe, ray, &mut rng, |medium, length, _| wall += if medium == SOLID { length } else { 0.0 });
+        straight(&universe, ray, &mut rng, |medium, length, _| {
+            wall += if medium == SOLID { length } else { 0.0 }
+        });
         let share = wall * dir.z.abs() / height;
         sum += share;
         square += share * share;

@@ -43,7 +43,11 @@ fn walks_keep_the_contract() {
                 assert_eq!(next, again, "{name}: asked twice");
                 match next {
                     Next::Interface(at) => {
-                        assert!(at.distance >= 0.0 && at.distance <= limit, "{name}: distance {}", at.distance);
+                        assert!(
+                            at.distance >= 0.0 && at.distance <= limit,
+                            "{name}: distance {}",
+                            at.distance
+                        );
                         worst_unit = worst_unit.max((at.normal.length_squared() - 1.0).abs());
                         assert!(at.normal.dot(ray.dir) <= 1e-7, "{name}: normal along the ray");
                         ray.origin = ray.at(at.distance);

@@ -25,7 +25,11 @@ fn law(shape: f64) -> Grace {
 /// White spheres, or in-plane fibres.
 fn bodies(fibres: bool) -> Sheet {
     let spheres = Sheet { surface: OWN, ..Sheet::spheres(1.0, Target::Body(0.3), HEIGHT) };
-    if fibres { Sheet { sizes: Sheet::fibres(1.0, None, Target::Body(0.3), HEIGHT).sizes, ..spheres } } else { spheres }
+    if fibres {
+        Sheet { sizes: Sheet::fibres(1.0, None, Target::Body(0.3), HEIGHT).sizes, ..spheres }
+    } else {
+        spheres
+    }
 }
 
 /// White bodies at gamma free paths.
@@ -113,7 +117,10 @@ fn mean_path_is_twice_the_thickness() {
         let right = run(&double(false), &white(mu_s), &source, HEIGHT, 1_000_000);
         let wrong = run(&double(true), &white(mu_s), &source, HEIGHT, 1_000_000);
         let paths = [real.path(AIR), right.path(AIR), wrong.path(AIR)];
-        println!("µs = {mu_s}: path (2H = 20): universe {:?}, second implementation {:?}, surface law everywhere {:?}", paths[0], paths[1], paths[2]);
+        println!(
+            "µs = {mu_s}: path (2H = 20): universe {:?}, second implementation {:?}, surface law everywhere {:?}",
+            paths[0], paths[1], paths[2]
+        );
         println!("          R {:?} {:?} {:?}", real.r(), right.r(), wrong.r());
         for (got, se) in &paths[..2] {
             assert!((got - 2.0 * HEIGHT).abs() < 4.0 * se, "{got} ± {se}");
@@ -143,11 +150,15 @@ fn direction_blind_paths_suit_isotropic_bodies_only() {
 /// (isotropic: spheres).
 #[test]
 fn exponential_law_is_the_density() {
-    let spheres = Sheet { surface: OWN, ..Sheet::spheres(1.0, Target::Density(1.0 / (MEAN * std::f64::consts::PI)), HEIGHT) };
+    let spheres = Sheet {
+        surface: OWN,
+        ..Sheet::spheres(1.0, Target::Density(1.0 / (MEAN * std::f64::consts::PI)), HEIGHT)
+    };
     let mut layer = spheres.population(0.0);
     layer.grace = Some(law(1.0));
     let rules = spheres.rules();
-    let grace = run(&StatisticalUniverse::new(vec![layer], rules), &white(0.1), &diffuse(HEIGHT), HEIGHT, 500_000);
+    let grace =
+        run(&StatisticalUniverse::new(vec![layer], rules), &white(0.1), &diffuse(HEIGHT), HEIGHT, 500_000);
     let plain = run(&spheres.build(), &white(0.1), &diffuse(HEIGHT), HEIGHT, 500_000);
     println!("R by law {:?}, by density {:?}", grace.r(), plain.r());
     let (a, b) = (grace.r(), plain.r());

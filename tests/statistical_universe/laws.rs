@@ -51,7 +51,9 @@ fn free_paths_are_exponential() {
         let density = Target::Density(row.f("density(number or length per volume)"));
         let sheet = match row.text("model") {
             "spheres" => Sheet::spheres(r, density, HIGH),
-            "cylinders_isotropic_3D" => Sheet { tilt: Tilt::Isotropic, ..Sheet::fibres(r, None, density, HIGH) },
+            "cylinders_isotropic_3D" => {
+                Sheet { tilt: Tilt::Isotropic, ..Sheet::fibres(r, None, density, HIGH) }
+            }
             _ => Sheet::fibres(r, None, density, HIGH),
         };
         let polar = row.maybe("ray_angle_from_z_deg").unwrap_or(35.0).to_radians();
@@ -221,7 +223,8 @@ fn elliptic_fibres_are_met_at_the_projected_width() {
     };
     let turn = gauss_legendre(200, 0.0, PI);
     let flat = |theta: f64, azimuth: &dyn Fn(f64) -> f64| -> f64 {
-        let width = |phi: f64| 2.0 * ((a * theta.cos()).powi(2) + (b * theta.sin() * phi.sin()).powi(2)).sqrt();
+        let width =
+            |phi: f64| 2.0 * ((a * theta.cos()).powi(2) + (b * theta.sin() * phi.sin()).powi(2)).sqrt();
         turn.iter().map(|(phi, w)| w * azimuth(*phi) * width(*phi)).sum()
     };
     let uniform = |_: f64| 1.0 / PI;
@@ -229,7 +232,12 @@ fn elliptic_fibres_are_met_at_the_projected_width() {
     let mut hold = |name: &str, sheet: Sheet, theta: f64, want: f64| {
         let (m, se) = mean_path(&dense(sheet), down(theta), 1_000_000);
         let d = (m * l_v * want - 1.0) / (se / m);
-        println!("{name} at {:.0}°: rate {:.6} (closed form {:.6}), {d:+.2} standard errors", theta.to_degrees(), 1.0 / m, l_v * want);
+        println!(
+            "{name} at {:.0}°: rate {:.6} (closed form {:.6}), {d:+.2} standard errors",
+            theta.to_degrees(),
+            1.0 / m,
+            l_v * want
+        );
         assert!(d.abs() < 4.0, "{name}");
         worst = worst.max(d.abs());
     };

@@ -13,7 +13,8 @@ use lightpro::universe::statistical::amount::{Rule, Target};
 #[test]
 fn two_layers_lose_nothing() {
     let upper = Sheet { contained: true, ..Sheet::fibres(1.0, Some(0.27), Target::Body(0.3), 6.0) };
-    let lower = Sheet { contained: true, rule: Rule::Apart, ..Sheet::fibres(2.0, None, Target::Body(0.4), 9.0) };
+    let lower =
+        Sheet { contained: true, rule: Rule::Apart, ..Sheet::fibres(2.0, None, Target::Body(0.4), 9.0) };
     let layers = |first: &Sheet, second: &Sheet| {
         let layers = vec![first.population(second.height), second.population(0.0)];
         StatisticalUniverse::new(layers, upper.rules())
@@ -26,7 +27,13 @@ fn two_layers_lose_nothing() {
             let t = run(&layers(first, second), &light, &diffuse(15.0), 15.0, 400_000);
             let parts = [t.r(), t.t(), t.cell(t.layout.absorbed(SOLID)), t.cell(t.layout.of(Cell::Roulette))];
             let sum: f64 = parts.iter().map(|p| p.0).sum();
-            println!("n {index}: R {:?} T {:?} absorbed {:?}, sum − 1 = {:.1e}", parts[0], parts[1], parts[2], sum - 1.0);
+            println!(
+                "n {index}: R {:?} T {:?} absorbed {:?}, sum − 1 = {:.1e}",
+                parts[0],
+                parts[1],
+                parts[2],
+                sum - 1.0
+            );
             assert!((sum - 1.0).abs() < 1e-11);
             seen.push(t.t());
         }

@@ -29,7 +29,8 @@ fn body(row: &Row) -> SyntheticUniverse {
         body,
     };
     let cylinder = |r| Shape::Cylinder(EllipticCylinder { a: r, b: r, half_length: None });
-    let outer = if row.text("shape") == "sphere" { Shape::Ellipsoid(Ellipsoid::sphere(1.0)) } else { cylinder(1.0) };
+    let outer =
+        if row.text("shape") == "sphere" { Shape::Ellipsoid(Ellipsoid::sphere(1.0)) } else { cylinder(1.0) };
     let mut parts = vec![part(outer, SOLID, OUTER)];
     let lumen = row.f("rho_inner/outer");
     if lumen > 0.0 {
@@ -390,14 +391,20 @@ mod statistical {
             let far = if fibre { 1.0 / e.dir.cross(frame.z).length() } else { 1.0 };
             let mut ray = Ray { origin: start - e.dir * (3.0 * far), dir: e.dir };
             let mut place = outer.enter(&ray, &mut (), rng).place;
-            let Next::Interface(at) = outer.next(&ray, &mut place, &mut (), f64::INFINITY, rng) else { continue };
+            let Next::Interface(at) = outer.next(&ray, &mut place, &mut (), f64::INFINITY, rng) else {
+                continue;
+            };
             ray.origin = ray.at(at.distance);
             outer.crossed(&mut ray, &mut place, &mut (), &at);
-            let inside = |u: &SyntheticUniverse, place: &mut _, rng: &mut Stream| {
-                match u.next(&ray, place, &mut (), f64::INFINITY, rng) {
-                    Next::Interface(at) => at.distance,
-                    other => panic!("{other:?}"),
-                }
+            let inside = |u: &SyntheticUniverse, place: &mut _, rng: &mut Stream| match u.next(
+                &ray,
+                place,
+                &mut (),
+                f64::INFINITY,
+                rng,
+            ) {
+                Next::Interface(at) => at.distance,
+                other => panic!("{other:?}"),
             };
             let chord = inside(&outer, &mut place, rng);
             let first = match lumen {
@@ -463,11 +470,7 @@ mod statistical {
         };
         let fibres = |wall| Sheet::fibres(1.0, wall, Target::Body(0.3), 10.0);
         let elliptic = |wall, roll| Sheet {
-            sizes: Sizes::Fibre {
-                width: SizeLaw::Constant(2.0),
-                flatness: SizeLaw::Constant(0.35),
-                wall,
-            },
+            sizes: Sizes::Fibre { width: SizeLaw::Constant(2.0), flatness: SizeLaw::Constant(0.35), wall },
             roll,
             ..fibres(None)
         };
@@ -475,21 +478,41 @@ mod statistical {
         let wall = Some(SizeLaw::Constant(0.1));
         vec![
             Example { name: "fibre across", sheet: fibres(None), dir: towards(0.0) },
-            Example { name: "hollow fibre in plane, 30°", sheet: fibres(Some(4.0 / 15.0)), dir: towards(30.0) },
-            Example { name: "hollow fibre in plane, 60°", sheet: fibres(Some(4.0 / 15.0)), dir: towards(60.0) },
-            Example { name: "flat elliptic fibre, 40°", sheet: elliptic(None, Roll::Flat), dir: towards(40.0) },
+            Example {
+                name: "hollow fibre in plane, 30°",
+                sheet: fibres(Some(4.0 / 15.0)),
+                dir: towards(30.0),
+            },
+            Example {
+                name: "hollow fibre in plane, 60°",
+                sheet: fibres(Some(4.0 / 15.0)),
+                dir: towards(60.0),
+            },
+            Example {
+                name: "flat elliptic fibre, 40°",
+                sheet: elliptic(None, Roll::Flat),
+                dir: towards(40.0),
+            },
             Example {
                 name: "flat hollow elliptic fibre, 70°",
                 sheet: elliptic(wall.clone(), Roll::Flat),
                 dir: towards(70.0),
             },
-            Example { name: "rolled hollow elliptic fibre", sheet: elliptic(wall, Roll::Uniform), dir: towards(20.0) },
+            Example {
+                name: "rolled hollow elliptic fibre",
+                sheet: elliptic(wall, Roll::Uniform),
+                dir: towards(20.0),
+            },
             Example {
                 name: "isotropic hollow fibre",
                 sheet: Sheet { tilt: Tilt::Isotropic, ..fibres(Some(0.27)) },
                 dir: towards(0.0),
             },
-            Example { name: "sphere", sheet: Sheet::spheres(1.0, Target::Body(0.3), 10.0), dir: towards(50.0) },
+            Example {
+                name: "sphere",
+                sheet: Sheet::spheres(1.0, Target::Body(0.3), 10.0),
+                dir: towards(50.0),
+            },
             Example {
                 name: "isotropic ellipsoid",
                 sheet: Sheet { sizes: Sizes::Ellipsoid(axes), tilt: Tilt::Isotropic, ..fibres(None) },

@@ -93,16 +93,7 @@ impl Sheet {
     }
 
     pub fn kind(&self) -> Kind {
-        Kind::new(
-            self.sizes.clone(),
-            self.azimuth,
-            self.tilt,
-            self.roll,
-            SOLID,
-            AIR,
-            self.surface,
-            BodyId(1),
-        )
+        Kind::new(self.sizes.clone(), self.azimuth, self.tilt, self.roll, SOLID, AIR, self.surface, BodyId(1))
     }
 
     /// The layer between `bottom` and `bottom` + height.
@@ -185,16 +176,7 @@ pub fn normal(height: f64) -> Source {
 }
 
 pub fn layout(media: usize) -> Layout {
-    Layout {
-        lanes: 1,
-        media,
-        angular: None,
-        depth: None,
-        checkpoint: None,
-        path: true,
-        view: None,
-        pile: 1,
-    }
+    Layout { lanes: 1, media, angular: None, depth: None, checkpoint: None, path: true, view: None, pile: 1 }
 }
 
 /// The usual world: no backing, no pile, weighted absorption.
