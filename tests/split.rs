@@ -106,7 +106,7 @@ fn deviation(row: &Row, t: &Totals) -> f64 {
 fn chosen(row: &Row) -> bool {
     let tau: f64 = layers(row).iter().map(|l| l[3]).sum();
     let scatters = layers(row).iter().any(|l| l[1] * l[3] > 0.02);
-    (0.05..=2.0).contains(&tau) && scatters && row.line % 5 == 0
+    (0.05..=2.0).contains(&tau) && scatters && row.line.is_multiple_of(5)
 }
 
 const NOT_CHOSEN: &str = "τ above 2 or hardly any scattering, or one of four in five left out for time";
@@ -204,7 +204,8 @@ fn rough() -> Directions {
 #[test]
 fn surfaces_agree_in_both_branchings() {
     assert_eq!(OWN, SurfaceId(1));
-    let laws: [(&str, fn() -> Directions); 2] = [("rough", rough), ("Lambertian", || Directions::Lambertian)];
+    type Named = (&'static str, fn() -> Directions);
+    let laws: [Named; 2] = [("rough", rough), ("Lambertian", || Directions::Lambertian)];
     for (name, directions) in laws {
         let coarse = SapRule { nside: 1, ..rule(SapDirections::Density) };
         let (universe, own) = slab_with(directions(), Some(coarse));
@@ -212,7 +213,7 @@ fn surfaces_agree_in_both_branchings() {
         let sample = totals(&world(&universe, &own, 2.0), &source, 100_000);
         let split = optics::split(&own, 1, 0.2).unwrap();
         let branching = World { split: Some(&split), roulette: 0.0, ..world(&universe, &own, 2.0) };
-        let split = totals(&branching, &source, 4_000);
+        let split = totals(&branching, &source, 8_000);
         let (universe, plain) = slab_with(directions(), None);
         let law = totals(&world(&universe, &plain, 2.0), &source, 200_000);
         let masked = |t: &Totals| t.cell(t.layout.of(lightpro::tally::Cell::Masked));

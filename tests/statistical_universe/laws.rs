@@ -270,7 +270,8 @@ fn orientation_turns_the_rate() {
     let norm: f64 = nodes.iter().map(|(p, w)| w * (kappa * (2.0 * p).cos()).exp()).sum();
     let mises = move |phi: f64| (kappa * (2.0 * phi).cos()).exp() / norm;
     let cauchy = move |phi: f64| (1.0 - rho * rho) / (PI * (1.0 + rho * rho - 2.0 * rho * (2.0 * phi).cos()));
-    let laws: [(&str, Azimuth, &dyn Fn(f64) -> f64); 2] = [
+    type Named<'a> = (&'static str, Azimuth, &'a dyn Fn(f64) -> f64);
+    let laws: [Named; 2] = [
         ("von Mises", Azimuth::von_mises(0.0, kappa).unwrap(), &mises),
         ("wrapped Cauchy", Azimuth::wrapped_cauchy(0.0, rho).unwrap(), &cauchy),
     ];

@@ -325,7 +325,7 @@ mod statistical {
             d = d.max((i as f64 / n - j as f64 / m).abs());
         }
         let lambda = d * (n * m / (n + m)).sqrt();
-        let terms = (1..100).map(|k| f64::from(k));
+        let terms = (1..100).map(f64::from);
         let sum: f64 = terms
             .map(|k| (if k as u32 % 2 == 1 { 2.0 } else { -2.0 }) * (-2.0 * k * k * lambda * lambda).exp())
             .sum();

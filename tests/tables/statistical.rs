@@ -368,7 +368,9 @@ fn failing(shift: Shift, take: impl Fn(&Row) -> bool) -> (usize, usize) {
 /// The tolerance bites: share + 0.01, radius + 2 %.
 #[test]
 fn statistical_universe_notices() {
-    let of = |problem: &'static str| move |r: &Row| r.text("problem") == problem;
+    let of = |problem: &'static str| {
+        move |r: &Row| r.text("problem") == problem && !r.text("parameters").contains("orient=iso")
+    };
     let share = Shift { share: 0.01, ..HASTY };
     let radius = Shift { radius: 1.02, ..HASTY };
     for (problem, shift, least) in [
@@ -376,8 +378,8 @@ fn statistical_universe_notices() {
         ("white_fibres", radius, 4),
         ("white_spheres", share, 4),
         ("scattering_fibres", share, 6),
-        ("fibre_absorption", share, 12),
-        ("fibre_geometry", radius, 40),
+        ("fibre_absorption", share, 6),
+        ("fibre_geometry", radius, 20),
     ] {
         let (failed, checked) = failing(shift, of(problem));
         println!(
@@ -436,10 +438,10 @@ fn hollow_fibres() {
     hold("hollow_fibres.csv", |row| hollow(row, AS_IS, &kept));
 }
 
-/// The tolerance bites: radius + 2 %, index + 0.01.
+/// The tolerance bites: radius + 2 %, index + 0.02.
 #[test]
 fn hollow_fibres_notice() {
-    for (shift, least) in [(Shift { radius: 1.02, ..HASTY }, 24), (Shift { index: 0.01, ..HASTY }, 8)] {
+    for (shift, least) in [(Shift { radius: 1.02, ..HASTY }, 24), (Shift { index: 0.02, ..AS_IS }, 24)] {
         let kept = Kept::default();
         let failed = rows("hollow_fibres.csv")
             .iter()
