@@ -38,29 +38,30 @@ fn measured(count: u64) -> Vec<Invariant> {
     ]
 }
 
-fn hold(count: u64, precision: f64) {
+fn hold(count: u64, sigmas: f64, precision: f64) {
     for Invariant(name, (got, se), want) in measured(count) {
         println!(
             "{name}: {got:.5} ± {se:.5} (3 standard errors: {:.3} %), want {want:.5}, {:+.2} standard errors",
             300.0 * se / got,
             (got - want) / se
         );
-        assert!((got - want).abs() < 3.0 * se, "{name}");
+        assert!((got - want).abs() < sigmas * se, "{name}");
         assert!(3.0 * se < precision * want, "{name}: 3 standard errors are {:.2e}", 3.0 * se / want);
     }
 }
 
-/// Within three standard errors of 0.3 % at most.
+/// At a precision (three standard errors) of 0.3 %; six figures at once are allowed 3.51 standard errors, the
+/// level of one at 3 (Šidák). The long run below holds each to 3.
 #[test]
 fn lossless_sheets() {
-    hold(1_500_000, 3e-3);
+    hold(1_500_000, 3.51, 3e-3);
 }
 
 /// Within three standard errors of 0.1 %.
 #[test]
 #[ignore = "long: cargo test --release --test statistical_universe lossless_sheets_closely -- --ignored --nocapture"]
 fn lossless_sheets_closely() {
-    hold(16_000_000, 1e-3);
+    hold(16_000_000, 3.0, 1e-3);
 }
 
 /// The invariant bites: 2 % absorption at each collision shows.
