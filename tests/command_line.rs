@@ -96,7 +96,10 @@ fn bad_input_exits_with_2_and_shows_the_place() {
         let done = lightpro(dir.path()).args([command, "bad.xml"]).output().unwrap();
         assert_eq!(done.status.code(), Some(2), "{command}");
         let said = text(&done.stderr);
-        assert!(said.contains("bad.xml:4:") && said.contains("radius=\"3\"") && said.contains("copper"), "{said}");
+        assert!(
+            said.contains("bad.xml:4:") && said.contains("radius=\"3\"") && said.contains("copper"),
+            "{said}"
+        );
         assert!(said.contains('^'), "{said}");
     }
     assert!(!dir.path().join("results").exists(), "nothing is left behind");
@@ -108,7 +111,10 @@ fn bad_input_exits_with_2_and_shows_the_place() {
 fn plan_and_materials_answer() {
     let plan = lightpro(root()).args(["plan", "scenes/copy-paper.xml"]).output().unwrap();
     let said = text(&plan.stdout);
-    assert!(said.contains("Mie scattering") && said.contains("realised") && said.contains("porosity"), "{said}");
+    assert!(
+        said.contains("Mie scattering") && said.contains("realised") && said.contains("porosity"),
+        "{said}"
+    );
     let list = lightpro(root()).args(["materials", "cu_"]).output().unwrap();
     assert!(text(&list.stdout).contains("Cu_Hagemann.yml"), "{}", text(&list.stdout));
     assert!(lightpro(root()).arg("schema").output().unwrap().status.success());

@@ -19,12 +19,19 @@ fn two_sample(mut a: Vec<f64>, mut b: Vec<f64>) -> f64 {
     b.sort_by(f64::total_cmp);
     let (mut i, mut j, mut d) = (0, 0, 0.0_f64);
     while i < a.len() && j < b.len() {
-        if a[i] <= b[j] { i += 1 } else { j += 1 }
+        if a[i] <= b[j] {
+            i += 1
+        } else {
+            j += 1
+        }
         d = d.max((i as f64 / a.len() as f64 - j as f64 / b.len() as f64).abs());
     }
     let n = (a.len() * b.len()) as f64 / (a.len() + b.len()) as f64;
     let x = d * n.sqrt();
-    (1..100).map(|k| 2.0 * (-1.0_f64).powi(k - 1) * (-2.0 * f64::from(k * k) * x * x).exp()).sum::<f64>().clamp(0.0, 1.0)
+    (1..100)
+        .map(|k| 2.0 * (-1.0_f64).powi(k - 1) * (-2.0 * f64::from(k * k) * x * x).exp())
+        .sum::<f64>()
+        .clamp(0.0, 1.0)
 }
 
 fn theirs(law: &impl Distribution<f64>, n: u64) -> Vec<f64> {

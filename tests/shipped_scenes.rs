@@ -66,7 +66,8 @@ fn same_bytes_for_any_number_of_threads_and_pinned() {
         std::fs::write(&pinned, &text).unwrap();
     }
     let want = std::fs::read_to_string(&pinned).unwrap_or_default();
-    let changed: Vec<&str> = lines.iter().map(String::as_str).filter(|l| !want.lines().any(|w| w == *l)).collect();
+    let changed: Vec<&str> =
+        lines.iter().map(String::as_str).filter(|l| !want.lines().any(|w| w == *l)).collect();
     assert!(changed.is_empty() && want == text, "bytes changed:\n{}", changed.join("\n"));
 }
 

@@ -13,6 +13,7 @@ mod phase;
 mod microfacet;
 mod colour;
 mod kubelka_munk;
+mod particles;
 mod statistical;
 mod transport;
 mod slab;

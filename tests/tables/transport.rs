@@ -2,8 +2,9 @@
 
 use lightpro::law::{Azimuth, Roll, SizeLaw, Tilt};
 use lightpro::lpm::surface::{Directions, Ratio, SurfaceLaw};
-use lightpro::lpm::{Light, Medium, World};
+use lightpro::lpm::{History, Light, Medium, Scorer, World, trace};
 use lightpro::math::DVec3;
+use lightpro::rng::{Purpose, Stream};
 use lightpro::run::{Histories, run_group};
 use lightpro::source::Source;
 use lightpro::tally::{Cell, Layout, Node};
@@ -11,7 +12,8 @@ use lightpro::universe::sheet::Slab;
 use lightpro::universe::statistical::amount::{Rule, Target, averages, coverage, densities};
 use lightpro::universe::statistical::kind::{Kind, Sizes};
 use lightpro::universe::statistical::{Population, Rules, Rung, StatisticalUniverse};
-use lightpro::universe::{BodyId, MediumId, SurfaceId, Universe};
+use lightpro::universe::{BodyId, MediumId, Ray, SurfaceId, Universe};
+use rayon::prelude::*;
 
 /// Media of all these worlds: outside and pores, solid, lumen.
 pub const AIR: MediumId = MediumId(0);
@@ -19,16 +21,21 @@ pub const SOLID: MediumId = MediumId(1);
 /// The second surface law.
 pub const OWN: SurfaceId = SurfaceId(1);
 
+/// Scores of a run, and where they stand.
 pub struct Totals {
     pub node: Node,
     pub layout: Layout,
 }
 
 impl Totals {
-    /// Mean and standard error of a cell.
-    pub fn cell(&self, cell: usize) -> (f64, f64) {
-        let m = self.node.moments(cell, 0, 1);
+    /// Mean and standard error of a cell in a lane.
+    pub fn lane(&self, cell: usize, lane: usize) -> (f64, f64) {
+        let m = self.node.moments(cell, lane, self.layout.lanes);
         (m.mean(), m.standard_error())
+    }
+    /// The same of the first lane.
+    pub fn cell(&self, cell: usize) -> (f64, f64) {
+        self.lane(cell, 0)
     }
     pub fn r(&self) -> (f64, f64) {
         self.cell(self.layout.of(Cell::Reflected))
@@ -47,7 +54,9 @@ impl Totals {
 /// A sheet of one kind of body.
 pub struct Sheet {
     pub sizes: Sizes,
+    pub azimuth: Azimuth,
     pub tilt: Tilt,
+    pub roll: Roll,
     pub target: Target,
     pub height: f64,
     pub rung: Rung,
@@ -65,7 +74,9 @@ impl Sheet {
                 flatness: SizeLaw::Constant(1.0),
                 wall: wall.map(SizeLaw::Constant),
             },
+            azimuth: Azimuth::Uniform,
             tilt: Tilt::InPlane,
+            roll: Roll::Uniform,
             target,
             height,
             rung: Rung::Forgetful,
@@ -76,47 +87,79 @@ impl Sheet {
         }
     }
 
-    pub fn build(self) -> StatisticalUniverse {
-        let kind = Kind::new(
-            self.sizes,
-            Azimuth::Uniform,
-            self.tilt,
-            Roll::Uniform,
-            SOLID,
-            AIR,
-            self.surface,
-            BodyId(1),
-        );
+    /// Spheres of radius `r`.
+    pub fn spheres(r: f64, target: Target, height: f64) -> Self {
+        Sheet { sizes: Sizes::Sphere(SizeLaw::Constant(2.0 * r)), ..Self::fibres(r, None, target, height) }
+    }
+
+    pub fn kind(&self) -> Kind {
+        Kind::new(self.sizes.clone(), self.azimuth, self.tilt, self.roll, SOLID, AIR, self.surface, BodyId(1))
+    }
+
+    /// The layer between `bottom` and `bottom` + height.
+    pub fn population(&self, bottom: f64) -> Population {
+        let kind = self.kind();
         let cover = [coverage(&kind, self.height, self.contained)];
         let density = densities(self.rule, &[self.target], &cover).unwrap();
         let shares = averages(self.rule, &density, &cover);
-        let layer = Population {
-            slab: Slab { top: self.height, bottom: 0.0, pore: AIR, surface: SurfaceId::SMOOTH },
+        Population {
+            slab: Slab { top: bottom + self.height, bottom, pore: AIR, surface: SurfaceId::SMOOTH },
             kinds: vec![kind],
             density,
             share: vec![shares[0].1],
             solid: vec![cover[0].solid / cover[0].content],
             grace: None,
-        };
-        StatisticalUniverse::new(
-            vec![layer],
-            Rules {
-                rung: self.rung,
-                outside: AIR,
-                bottom_surface: SurfaceId::SMOOTH,
-                contained: self.contained,
-                start_in_bodies: self.start_in_bodies,
-                backing: false,
-            },
-        )
+        }
+    }
+
+    pub fn rules(&self) -> Rules {
+        Rules {
+            rung: self.rung,
+            outside: AIR,
+            bottom_surface: SurfaceId::SMOOTH,
+            contained: self.contained,
+            start_in_bodies: self.start_in_bodies,
+            backing: false,
+        }
+    }
+
+    pub fn build(&self) -> StatisticalUniverse {
+        StatisticalUniverse::new(vec![self.population(0.0)], self.rules())
     }
 }
 
+/// A layer without bodies, of the medium `pore`.
+pub fn plain(top: f64, bottom: f64, pore: MediumId) -> Population {
+    Population {
+        slab: Slab { top, bottom, pore, surface: SurfaceId::SMOOTH },
+        kinds: vec![],
+        density: vec![],
+        share: vec![],
+        solid: vec![],
+        grace: None,
+    }
+}
+
+/// A sheet of homogeneous layers.
+pub fn plain_sheet(layers: Vec<Population>) -> StatisticalUniverse {
+    StatisticalUniverse::new(
+        layers,
+        Rules {
+            rung: Rung::Homogeneous,
+            outside: AIR,
+            bottom_surface: SurfaceId::SMOOTH,
+            contained: false,
+            start_in_bodies: false,
+            backing: false,
+        },
+    )
+}
+
 /// Air, the given solid, and the given surface law as [`OWN`].
-pub fn light(solid: Medium<1>, own: Option<SurfaceLaw<1>>) -> Light<1> {
+pub fn light<const N: usize>(solid: Medium<N>, own: Option<SurfaceLaw<N>>) -> Light<N> {
     let mut surfaces = vec![SurfaceLaw::default()];
     surfaces.extend(own);
-    Light { media: vec![Medium::clear(1.0), solid], surfaces, lanes: 1 }
+    Light { media: vec![Medium::clear(1.0), solid], surfaces, lanes: N }
 }
 
 /// An opaque Lambertian surface of reflectance `rho`.
@@ -136,19 +179,13 @@ pub fn layout(media: usize) -> Layout {
     Layout { lanes: 1, media, angular: None, depth: None, checkpoint: None, path: true, view: None, pile: 1 }
 }
 
-pub fn run<U: Universe>(universe: &U, light: &Light<1>, source: &Source, height: f64, count: u64) -> Totals {
-    run_with(universe, light, source, height, count, layout(light.media.len()))
-}
-
-pub fn run_with<U: Universe>(
-    universe: &U,
-    light: &Light<1>,
-    source: &Source,
+/// The usual world: no backing, no pile, weighted absorption.
+pub fn world<'a, U: Universe, const N: usize>(
+    universe: &'a U,
+    light: &'a Light<N>,
     height: f64,
-    count: u64,
-    layout: Layout,
-) -> Totals {
-    let world = World {
+) -> World<'a, U, N> {
+    World {
         universe,
         light,
         roulette: 1e-3,
@@ -159,10 +196,59 @@ pub fn run_with<U: Universe>(
         bottom: 0.0,
         backing: None,
         analog: false,
-    };
+    }
+}
+
+pub fn run<U: Universe, const N: usize>(
+    universe: &U,
+    light: &Light<N>,
+    source: &Source,
+    height: f64,
+    count: u64,
+) -> Totals {
+    totals(&world(universe, light, height), source, count)
+}
+
+/// Runs `count` histories; every ledger closes, nothing is lost or capped.
+pub fn totals<U: Universe, const N: usize>(world: &World<U, N>, source: &Source, count: u64) -> Totals {
+    let layout = Layout { lanes: world.light.lanes, ..layout(world.light.media.len()) };
     let node =
-        run_group(&world, source, &layout, Histories { seed: 20_261_122, group: 0, count }, |_, _| true);
+        run_group(world, source, &layout, Histories { seed: 20_261_122, group: 0, count }, |_, _| true);
     assert!(node.worst_imbalance < 1e-12, "ledger off by {}", node.worst_imbalance);
     assert_eq!((node.lost, node.capped), (0, 0), "lost, capped");
     Totals { node, layout }
+}
+
+/// A tally of a test's own: one per chunk of histories, told when a history ends.
+pub trait Score<const N: usize>: Scorer<N> + Send {
+    fn end(&mut self);
+    fn merge(&mut self, other: Self);
+}
+
+/// Traces `count` histories that start as `emit` says, scored by copies of `empty`.
+pub fn walk<U: Universe, S: Score<N>, const N: usize>(
+    world: &World<U, N>,
+    count: u64,
+    empty: impl Fn() -> S + Sync,
+    emit: impl Fn(&mut Stream) -> Ray + Sync,
+) -> S {
+    const CHUNK: u64 = 16_384;
+    let parts: Vec<S> = (0..count.div_ceil(CHUNK))
+        .into_par_iter()
+        .map(|chunk| {
+            let mut score = empty();
+            let mut h = History::default();
+            for number in chunk * CHUNK..((chunk + 1) * CHUNK).min(count) {
+                let mut rng = Stream::of(20_261_122, 1, number, Purpose::Transport);
+                let ray = emit(&mut rng);
+                trace(world, ray, &mut h, &mut score, &mut rng);
+                assert!(h.ledger.imbalance(N) < 1e-12 && h.ledger.lost[0] == 0.0);
+                score.end();
+            }
+            score
+        })
+        .collect();
+    let mut sum = empty();
+    parts.into_iter().for_each(|p| sum.merge(p));
+    sum
 }
