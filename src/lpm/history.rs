@@ -107,16 +107,12 @@ pub fn trace<U: Universe, S: Scorer<N>, const N: usize>(
     h.bank.clear();
     world.universe.forget(&mut h.memory);
     let start = world.universe.enter(&ray, &mut h.memory, rng);
-    h.bank.push(Path {
-        ray,
-        place: start.place,
-        medium: start.medium,
-        power: [1.0; N],
-        sheet: 0,
-        deepest: 0,
-    });
-    while let Some(mut path) = h.bank.pop() {
+    let mut path =
+        Path { ray, place: start.place, medium: start.medium, power: [1.0; N], sheet: 0, deepest: 0 };
+    loop {
         while step(world, &mut path, h, tally, rng) {}
+        let Some(branch) = h.bank.pop() else { return };
+        path = branch;
     }
 }
 
@@ -140,31 +136,30 @@ fn step<U: Universe, S: Scorer<N>, const N: usize>(
     }
     let medium = &world.light.media[usize::from(path.medium.0)];
     let free = medium.free_path(rng);
-    match world.universe.next(&path.ray, &mut path.place, &mut h.memory, free, rng) {
-        Next::Limit => {
-            if !attenuate(world, path, free, h, tally, rng) {
-                return false;
-            }
-            tally.scattered(path);
-            path.ray.dir = medium.scatter(path.ray.dir, rng);
-            world.universe.moved(&path.ray, &mut path.place, &mut h.memory, free);
-        }
-        Next::Interface(at) => {
-            if !attenuate(world, path, at.distance, h, tally, rng) || !meet(world, path, &at, h, tally, rng) {
-                return false;
-            }
-        }
-        Next::Edge { face, distance } => {
-            if !attenuate(world, path, distance, h, tally, rng) || !edge(world, path, face, h, tally, rng) {
-                return false;
-            }
-        }
+    let next = world.universe.next(&path.ray, &mut path.place, &mut h.memory, free, rng);
+    let distance = match &next {
+        Next::Limit => free,
+        Next::Interface(at) => at.distance,
+        Next::Edge { distance, .. } => *distance,
         Next::Lost => {
             add(&mut h.ledger.lost, &path.power);
             return false;
         }
+    };
+    if !attenuate(world, path, distance, h, tally, rng) {
+        return false;
     }
-    roulette(world, path, h, rng)
+    let lives = match &next {
+        Next::Interface(at) => meet(world, path, at, h, tally, rng),
+        Next::Edge { face, .. } => edge(world, path, *face, h, tally, rng),
+        _ => {
+            tally.scattered(path);
+            path.ray.dir = medium.scatter(path.ray.dir, rng);
+            world.universe.moved(&path.ray, &mut path.place, &mut h.memory, free);
+            true
+        }
+    };
+    lives && roulette(world, path, h, rng)
 }
 
 /// Moves the ray by `distance` and leaves the absorbed share behind: 1 − e^(−µa s), paper (15) and (17)
@@ -188,16 +183,16 @@ pub fn attenuate<U: Universe, S: Scorer<N>, const N: usize>(
                 absorbed = path.power;
             }
         } else {
-            for i in 0..N {
-                absorbed[i] = path.power[i] * fast::one_minus_exp_neg(medium.mu_a[i] * distance);
+            for ((a, p), mu) in absorbed.iter_mut().zip(&path.power).zip(&medium.mu_a) {
+                *a = p * fast::one_minus_exp_neg(mu * distance);
             }
         }
         add(&mut h.ledger.absorbed, &absorbed);
     }
     tally.step(path, distance, &medium.mu_a, &absorbed);
     if medium.absorbs {
-        for i in 0..N {
-            path.power[i] -= absorbed[i];
+        for (p, a) in path.power.iter_mut().zip(&absorbed) {
+            *p -= a;
         }
     }
     if distance.is_finite() {

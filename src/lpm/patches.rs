@@ -251,7 +251,7 @@ fn incidence(bin: usize) -> DVec3 {
 fn upper(hp: &Healpix, rule: &SapRule, width: f64, density: &dyn Fn(DVec3) -> f64) -> Result<Sap, SapError> {
     let half = Some(Half::Upper);
     let shares = populated(hp, rule, half, width.min(1.0), density).shares;
-    let sap = Sap::new(hp.clone(), &shares, half)?;
+    let sap = Sap::new(*hp, &shares, half)?;
     if rule.directions == SapDirections::Density {
         sap.with_bounds(estimated_bounds(hp, density, half), density)
     } else {

@@ -242,7 +242,7 @@ fn resolved<const N: usize>(
         out.push((back, Fate::Reflected { dir: frame.to_world(o), absorbed: None }));
         let beyond = crate::microfacet::refract_about(i, facet, eta).filter(|o| o.z < 0.0);
         out.push(match beyond {
-            _ if law.opaque => (on, Fate::Absorbed),
+            _ if law.opaque || !crate::material::fresnel::weakly_absorbing(m.beyond.n) => (on, Fate::Absorbed),
             Some(o) => (on, Fate::Refracted { dir: frame.to_world(o) }),
             None => (on, Fate::Masked),
         });

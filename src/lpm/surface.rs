@@ -254,6 +254,10 @@ impl<const N: usize> SurfaceLaw<N> {
         } else {
             r[0] >= 1.0 || rng.uniform() < r[0]
         };
+        if !reflected && !fresnel::weakly_absorbing(m.beyond.n) {
+            // What enters a facet of a metal stays in it, whichever way the facet leans.
+            return (None, Fate::Absorbed);
+        }
         let eta = m.beyond.n.re / m.here.n.re;
         let out = if reflected { Some(reflect_about(i, h)) } else { refract_about(i, h, eta) };
         let Some(out) = out.filter(|o| if reflected { o.z > 0.0 } else { o.z < 0.0 }) else {
@@ -318,38 +322,21 @@ fn keep<const N: usize>(power: &mut [f64; N], r: &[f64; N], ledger: &mut Ledger<
 /// Unpolarised power reflectance between two media, complex where one absorbs.
 #[inline]
 pub fn fresnel_power<const N: usize>(here: &Medium<N>, beyond: &Medium<N>, cos_i: f64) -> f64 {
-    if here.real && beyond.real {
-        fresnel::dielectric(here.n.re, beyond.n.re, cos_i).r
-    } else {
-        fresnel::Fresnel::new(incident_index(here), beyond.n, 1.0, cos_i).reflectance().clamp(0.0, 1.0)
-    }
-}
-
-/// Index on the incident side: a weak absorber (κ < 10⁻³ n) counts as real, error O(κ/n).
-fn incident_index<const N: usize>(here: &Medium<N>) -> num_complex::Complex64 {
-    if here.n.im < 1e-3 * here.n.re { num_complex::Complex64::new(here.n.re, 0.0) } else { here.n }
+    fresnel::interface(here.n, beyond.n, cos_i).r.clamp(0.0, 1.0)
 }
 
 /// Refracted direction after Snell; into an absorber by the planes of constant phase.
 pub fn snell<const N: usize>(m: &Meeting<N>) -> Option<DVec3> {
     let cos_i = m.cos_i();
-    let n1 = incident_index(m.here).re;
-    if m.beyond.real {
-        let eta = m.beyond.n.re / n1;
-        let sin2_t = (1.0 - cos_i) * (1.0 + cos_i) / (eta * eta);
-        if sin2_t > 1.0 {
-            return None;
-        }
-        let cos_t = (1.0 - sin2_t).sqrt();
-        return Some(fresnel::refract(m.dir, m.at.normal, cos_i, cos_t, eta));
+    let met = fresnel::interface(m.here.n, m.beyond.n, cos_i);
+    if met.cos_t <= 0.0 {
+        return None;
     }
-    let cos_t = fresnel::refraction_angle_absorbing(n1, m.beyond.n, cos_i);
-    // The tangential direction is kept; its length follows from the real angle.
-    let along = m.dir + m.at.normal * cos_i;
-    let length = along.length();
-    let sin_t = ((1.0 - cos_t) * (1.0 + cos_t)).max(0.0).sqrt();
-    let along = if length > 0.0 { along * (sin_t / length) } else { DVec3::ZERO };
-    Some((along - m.at.normal * cos_t).normalize())
+    Some(if m.beyond.real && fresnel::weakly_absorbing(m.here.n) {
+        fresnel::refract(m.dir, m.at.normal, cos_i, met.cos_t, m.beyond.n.re / m.here.n.re)
+    } else {
+        fresnel::refract_at(m.dir, m.at.normal, met.cos_t)
+    })
 }
 
 /// Cosine-weighted direction about `n`.

@@ -13,7 +13,8 @@ pub fn ball_roots(dd: f64, od: f64, closest2: f64) -> Option<(f64, f64)> {
     if room <= 0.0 || dd <= 0.0 {
         return None;
     }
-    let mid = -od / dd;
-    let half = (room / dd).sqrt();
+    let inverse = 1.0 / dd;
+    let mid = -od * inverse;
+    let half = (room * inverse).sqrt();
     Some((mid - half, mid + half))
 }

@@ -95,14 +95,27 @@ impl<'a, const N: usize> Tally<'a, N> {
         let lanes = self.layout.lanes;
         let mut sums = Vec::with_capacity(self.sums.len() * lanes);
         for cell in &self.sums {
-            for lane in 0..lanes {
-                sums.push([cell[0][lane], cell[1][lane], cell[2][lane], cell[3][lane]]);
-            }
+            sums.extend((0..lanes).map(|lane| cell.map(|power| power[lane])));
         }
         Node::batch(replica, sums, self.histories, self.events, self.worst_imbalance, self.lost, self.capped)
     }
 
+    /// The power that arrives at the checkpoint plane.
+    #[cold]
+    fn score_checkpoint<P>(&mut self, path: &Path<P, N>, z: f64, mu_a: &[f64; N]) {
+        let s = (z - path.ray.origin.z) / path.ray.dir.z;
+        let mut power = path.power;
+        for (p, mu) in power.iter_mut().zip(mu_a) {
+            *p *= 1.0 - fast::one_minus_exp_neg(mu * s);
+        }
+        self.score(self.layout.of(Cell::Checkpoint), &power);
+        if let Some(cell) = self.layout.checkpoint_cell(path.ray.dir) {
+            self.score(cell, &power);
+        }
+    }
+
     /// Splits a step over depth bins: absorbed power and path (fluence) in each.
+    #[inline(never)]
     fn score_depth<P>(&mut self, path: &Path<P, N>, distance: f64, mu_a: &[f64; N]) {
         let Some(depth) = &self.layout.depth else { return };
         let (z0, uz) = (path.ray.origin.z, path.ray.dir.z);
@@ -154,16 +167,7 @@ impl<const N: usize> Scorer<N> for Tally<'_, N> {
             && path.ray.origin.z < z
             && path.ray.origin.z + path.ray.dir.z * distance >= z
         {
-            // The power that arrives at the plane.
-            let s = (z - path.ray.origin.z) / path.ray.dir.z;
-            let mut power = path.power;
-            for i in 0..N {
-                power[i] *= 1.0 - fast::one_minus_exp_neg(mu_a[i] * s);
-            }
-            self.score(self.layout.of(Cell::Checkpoint), &power);
-            if let Some(cell) = self.layout.checkpoint_cell(path.ray.dir) {
-                self.score(cell, &power);
-            }
+            self.score_checkpoint(path, z, mu_a);
         }
         if self.layout.path && distance.is_finite() {
             let fluence: [f64; N] = std::array::from_fn(|i| {

@@ -18,3 +18,4 @@ mod transport;
 mod slab;
 mod healpix;
 mod sap;
+mod half_space;

@@ -5,7 +5,8 @@
 //! the mean path 2H of a lossless diffusely lit sheet and reciprocity break. p_e is drawn as a uniform
 //! part of a length-weighted free path.
 
-use super::{Pending, Population, State};
+use super::Population;
+use super::kind::Encounter;
 use crate::law::SizeLaw;
 use crate::rng::Stream;
 use crate::universe::Ray;
@@ -45,19 +46,18 @@ impl Grace {
         p0.iter().zip(p1).map(|(a, b)| a + f * (b - a)).collect()
     }
 
-    /// The next body within `reach`.
+    /// The next body within `reach` and its distance; `from`: kind of the body just left.
     pub(super) fn explore(
         &self,
         p: &Population,
         ray: &Ray,
-        state: State,
+        from: Option<u16>,
         reach: f64,
         rng: &mut Stream,
-    ) -> Pending {
-        let from = if let State::Pore { from } = state { from } else { None };
+    ) -> Option<(f64, Encounter)> {
         let distance = self.free_path(from.is_some(), rng);
         if distance >= reach {
-            return Pending::Nothing;
+            return None;
         }
         let at = ray.at(distance);
         let depth = (p.slab.top - at.z) / (p.slab.top - p.slab.bottom);
@@ -77,7 +77,7 @@ impl Grace {
         // The type is settled; the body is drawn among those of its kind that the ray can meet.
         loop {
             if let Some(encounter) = p.kinds[index].candidate(ray.dir, at, index as u16, rng) {
-                return Pending::Meet { distance, encounter };
+                return Some((distance, encounter));
             }
         }
     }

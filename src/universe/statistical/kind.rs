@@ -7,7 +7,7 @@
 
 use super::section::{Body, HalfAxes};
 use crate::law::{Azimuth, Roll, SizeLaw, Tilt};
-use crate::math::{DVec3, Frame, PI};
+use crate::math::{DVec3, Frame, PI, TAU, fast};
 use crate::rng::Stream;
 use crate::universe::{BodyId, MediumId, SurfaceId};
 
@@ -126,66 +126,27 @@ impl Kind {
 
     /// One candidate for a hit by a ray along `dir` that passes the point `at`: `None` if the
     /// rejection falls on "not met" (no body there).
+    #[inline]
     pub fn candidate(&self, dir: DVec3, at: DVec3, kind: u16, rng: &mut Stream) -> Option<Encounter> {
         let frame = self.orientation(rng);
         let d = frame.to_local(dir);
-        match (&self.met, &self.sizes) {
+        let (outer, lumen, local) = match (&self.met, &self.sizes) {
             (Met::Fibre { width }, Sizes::Fibre { flatness, wall, .. }) => {
-                // Offset of the axis from the ray, uniform over the majorant width 2a: what falls
-                // beyond the true half width w(ψ)/2, or is lost to sin γ, is no hit. Neither depends
-                // on the size itself, which is drawn only for a hit.
-                let sin2 = d.x * d.x + d.y * d.y;
-                let sin = sin2.sqrt();
-                if rng.uniform() >= sin {
-                    return None;
-                }
-                let (ex, ey) = (d.x / sin, d.y / sin);
-                let flat = flatness.sample(rng);
-                let half_width = (ey * ey + flat * flat * ex * ex).sqrt();
-                let offset = 2.0 * rng.uniform() - 1.0;
-                if offset.abs() >= half_width {
-                    return None;
-                }
-                let a = 0.5 * width.sample(rng);
-                let b = a * flat;
-                let outer = HalfAxes::fibre(a, b);
-                let lumen = wall.as_ref().and_then(|w| lumen_of(a, b, w.sample(rng)));
-                let local = section_entry(a, b, ex, ey, offset / half_width);
-                Some(placed(frame, outer, lumen, local, at, kind))
+                fibre_met(width, flatness, wall.as_ref(), d, rng)?
             }
             (Met::Sphere { diameter }, _) => {
                 let r = 0.5 * diameter.sample(rng);
-                let outer = HalfAxes::new(r, r, r);
-                let local = ball_entry(d, rng) * r;
-                Some(placed(frame, outer, None, local, at, kind))
+                (HalfAxes::new(r, r, r), None, ball_entry(d, rng) * r)
             }
             (Met::Ellipsoid { share, tilted }, Sizes::Ellipsoid(axes)) => {
-                let pick = rng.uniform();
-                let plain = if pick < share[0] {
-                    0
-                } else if pick < share[0] + share[1] {
-                    1
-                } else {
-                    2
-                };
-                let mut h = [0.0; 3];
-                for (i, v) in h.iter_mut().enumerate() {
-                    *v = 0.5 * if i == plain { axes[i].sample(rng) } else { tilted[i].sample(rng) };
-                }
-                let [a, b, c] = h;
-                let products = DVec3::new(b * c, c * a, a * b);
-                let area = (products * d).length();
-                if rng.uniform() * (products.x + products.y + products.z) >= area {
-                    return None;
-                }
-                // The ball's disc maps affinely to the ellipsoid's shadow: uniform stays uniform.
-                let scaled = DVec3::new(d.x / a, d.y / b, d.z / c).normalize();
-                let e = ball_entry(scaled, rng);
-                let local = DVec3::new(a * e.x, b * e.y, c * e.z);
-                Some(placed(frame, HalfAxes::new(a, b, c), None, local, at, kind))
+                ellipsoid_met(axes, tilted, share, d, rng)?
             }
             _ => unreachable!("met and sizes are made together"),
-        }
+        };
+        Some(Encounter {
+            body: Body { frame, centre: at - frame.to_world(local), outer, lumen, kind },
+            outward: frame.to_world(outer.normal(local)),
+        })
     }
 
     /// A body that covers the point `at`, drawn by volume: sizes weighted by content, orientation
@@ -222,15 +183,23 @@ impl Kind {
     }
 }
 
+/// Sine and cosine of an angle in [−2π, 2π], for the inner loop.
+#[inline]
+fn turned(angle: f64) -> (f64, f64) {
+    let (cos, sin) = fast::cos_sin_turn(angle * (1.0 / TAU));
+    (sin, cos)
+}
+
 /// Frame of a body with in-plane azimuth (cosine, sine), tilt and roll. For fibres z is the axis and roll 0
 /// lays the major axis into the sheet plane; for flakes roll 0 lays the third axis along the sheet
 /// normal, `tilt` tips it.
+#[inline]
 pub fn oriented((cos_p, sin_p): (f64, f64), tilt: f64, roll: f64, fibre: bool) -> Frame {
-    let (sin_t, cos_t) = if tilt == 0.0 { (0.0, 1.0) } else { crate::math::sin_cos(tilt) };
+    let (sin_t, cos_t) = if tilt == 0.0 { (0.0, 1.0) } else { turned(tilt) };
     let axis = DVec3::new(cos_p * cos_t, sin_p * cos_t, sin_t);
     let side = DVec3::new(-sin_p, cos_p, 0.0);
     let up = axis.cross(side);
-    let (sin_r, cos_r) = if roll == 0.0 { (0.0, 1.0) } else { crate::math::sin_cos(roll) };
+    let (sin_r, cos_r) = if roll == 0.0 { (0.0, 1.0) } else { turned(roll) };
     let x = side * cos_r + up * sin_r;
     if fibre { Frame { x, y: axis.cross(x), z: axis } } else { Frame { x: axis, y: x, z: axis.cross(x) } }
 }
@@ -240,6 +209,72 @@ pub fn oriented((cos_p, sin_p): (f64, f64), tilt: f64, roll: f64, fibre: bool) -
 #[inline]
 pub fn lumen_of(a: f64, b: f64, t: f64) -> Option<HalfAxes> {
     (t < a && t < b).then(|| HalfAxes::fibre(a - t, b - t))
+}
+
+/// A body met: outer and lumen half axes, entry point in its own frame.
+type Hit = (HalfAxes, Option<HalfAxes>, DVec3);
+
+/// A fibre that a ray along `d` (local) meets.
+///
+/// The offset of the axis from the ray is uniform over the majorant width 2a: what falls beyond the
+/// true half width w(ψ)/2, or is lost to sin γ, is no hit. Neither depends on the size itself, which
+/// is drawn only for a hit.
+#[inline]
+fn fibre_met(
+    width: &SizeLaw,
+    flatness: &SizeLaw,
+    wall: Option<&SizeLaw>,
+    d: DVec3,
+    rng: &mut Stream,
+) -> Option<Hit> {
+    let sin = (d.x * d.x + d.y * d.y).sqrt();
+    if rng.uniform() >= sin {
+        return None;
+    }
+    let (ex, ey) = (d.x / sin, d.y / sin);
+    let flat = flatness.sample(rng);
+    let half_width = (ey * ey + flat * flat * ex * ex).sqrt();
+    let offset = 2.0 * rng.uniform() - 1.0;
+    if offset.abs() >= half_width {
+        return None;
+    }
+    let a = 0.5 * width.sample(rng);
+    let b = a * flat;
+    let lumen = wall.and_then(|w| lumen_of(a, b, w.sample(rng)));
+    Some((HalfAxes::fibre(a, b), lumen, section_entry(a, b, ex, ey, offset / half_width)))
+}
+
+/// An ellipsoid that a ray along `d` (local) meets; `plain` of its axes, drawn with probability
+/// `share`, keeps its law while the two others are weighted by size.
+fn ellipsoid_met(
+    axes: &[SizeLaw; 3],
+    tilted: &[SizeLaw; 3],
+    share: &[f64; 3],
+    d: DVec3,
+    rng: &mut Stream,
+) -> Option<Hit> {
+    let pick = rng.uniform();
+    let plain = if pick < share[0] {
+        0
+    } else if pick < share[0] + share[1] {
+        1
+    } else {
+        2
+    };
+    let mut h = [0.0; 3];
+    for (i, v) in h.iter_mut().enumerate() {
+        *v = 0.5 * if i == plain { axes[i].sample(rng) } else { tilted[i].sample(rng) };
+    }
+    let [a, b, c] = h;
+    let products = DVec3::new(b * c, c * a, a * b);
+    let area = (products * d).length();
+    if rng.uniform() * (products.x + products.y + products.z) >= area {
+        return None;
+    }
+    // The ball's disc maps affinely to the ellipsoid's shadow: uniform stays uniform.
+    let scaled = DVec3::new(d.x / a, d.y / b, d.z / c).normalize();
+    let e = ball_entry(scaled, rng);
+    Some((HalfAxes::new(a, b, c), None, DVec3::new(a * e.x, b * e.y, c * e.z)))
 }
 
 /// Entry point of a line along (ex, ey) into the ellipse, at `offset` in (−1, 1) of its half shadow.
@@ -262,20 +297,4 @@ fn ball_entry(d: DVec3, rng: &mut Stream) -> DVec3 {
     let r = u.sqrt();
     let (x, y) = crate::math::orthonormal(d);
     x * (r * cos) + y * (r * sin) - d * (1.0 - u).sqrt()
-}
-
-/// The body whose local point `local` lies at `at`.
-#[inline]
-fn placed(
-    frame: Frame,
-    outer: HalfAxes,
-    lumen: Option<HalfAxes>,
-    local: DVec3,
-    at: DVec3,
-    kind: u16,
-) -> Encounter {
-    Encounter {
-        body: Body { frame, centre: at - frame.to_world(local), outer, lumen, kind },
-        outward: frame.to_world(outer.normal(local)),
-    }
 }

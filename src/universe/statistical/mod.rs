@@ -3,7 +3,7 @@
 //!
 //! | rung | keeps | here |
 //! | --- | --- | --- |
-//! | [`Rung::Homogeneous`] | nothing: a body is met, traced exactly, and the ray goes on from where it entered (Boltzmann–Grad) | [`State::Body`] with its entry point |
+//! | [`Rung::Homogeneous`] | nothing: a body is met, traced exactly, and the ray goes on from where it entered (Boltzmann–Grad) | [`State::Body`], the body and its entry point |
 //! | [`Rung::Markov`] | the medium: chords of all phases exponential with direction-dependent means, redrawn after each event (algorithm A, Levermore–Pomraning) | [`State::Markov`] |
 //! | [`Rung::Forgetful`] (`none`) | the body that the ray is in, as an exact local shape | [`State::Body`] |
 //!
@@ -20,7 +20,7 @@ use super::{Face, Interface, MediumId, Next, Ray, Start, SurfaceId, Universe};
 use crate::math::DVec3;
 use crate::rng::Stream;
 use grace::Grace;
-use kind::{Encounter, Kind};
+use kind::Kind;
 use section::{Body, Left, Part};
 
 /// How much is remembered.
@@ -169,19 +169,20 @@ impl StatisticalUniverse {
     }
 
     /// In the pores: the next body or plane.
+    #[inline]
     fn pore_next(&self, layer: usize, ray: &Ray, place: &mut Place, limit: f64, rng: &mut Stream) -> Next {
         let slab = &self.layers[layer].slab;
         let (to_plane, face) = plane_ahead(ray, slab.top, slab.bottom);
         if matches!(place.pending, Pending::Unexplored) {
-            place.pending = self.explore(layer, ray, place.state, limit.min(to_plane), rng);
+            place.pending = self.explore(layer, ray, place, limit.min(to_plane), rng);
         }
-        if let Pending::Meet { distance, encounter } = &place.pending {
-            let kind = &self.layers[layer].kinds[usize::from(encounter.body.kind)];
+        if let (Pending::Meet { distance, outward }, Some(body)) = (place.pending, &place.body) {
+            let kind = &self.layers[layer].kinds[usize::from(body.kind)];
             return Next::Interface(Interface {
-                distance: *distance,
-                normal: encounter.outward,
-                facet: encounter.outward,
-                axis: encounter.body.frame.z,
+                distance,
+                normal: outward,
+                facet: outward,
+                axis: body.frame.z,
                 beyond: kind.wall,
                 surface: kind.surface,
                 body: kind.body,
@@ -190,11 +191,19 @@ impl StatisticalUniverse {
         if to_plane <= limit { self.face(layer, face, to_plane, place) } else { Next::Limit }
     }
 
-    /// Draws the first body within `reach`, or finds nothing.
-    fn explore(&self, layer: usize, ray: &Ray, state: State, reach: f64, rng: &mut Stream) -> Pending {
+    /// Draws the first body within `reach` into `place`, or finds nothing.
+    #[inline]
+    fn explore(&self, layer: usize, ray: &Ray, place: &mut Place, reach: f64, rng: &mut Stream) -> Pending {
         let population = &self.layers[layer];
         if let Some(grace) = &population.grace {
-            return grace.explore(population, ray, state, reach, rng);
+            let from = if let State::Pore { from } = place.state { from } else { None };
+            return match grace.explore(population, ray, from, reach, rng) {
+                Some((distance, met)) => {
+                    place.body = Some(met.body);
+                    Pending::Meet { distance, outward: met.outward }
+                }
+                None => Pending::Nothing,
+            };
         }
         let rates = &self.rates[layer];
         let Some(&total) = rates.last() else { return Pending::Nothing };
@@ -206,27 +215,29 @@ impl StatisticalUniverse {
             }
             let index = pick(rates, total, rng);
             let at = ray.at(distance);
-            if let Some(encounter) = population.kinds[index].candidate(ray.dir, at, index as u16, rng)
-                && self.has_room(layer, &encounter.body)
+            if let Some(met) = population.kinds[index].candidate(ray.dir, at, index as u16, rng)
+                && (!self.contained || self.has_room(layer, &met.body))
             {
-                return Pending::Meet { distance, encounter };
+                place.body = Some(met.body);
+                return Pending::Meet { distance, outward: met.outward };
             }
         }
     }
 
-    /// Whether a body may stand where it is: always in `cut` sheets.
+    /// Whether a body of a `contained` sheet may stand where it is.
     fn has_room(&self, layer: usize, body: &Body) -> bool {
         let slab = &self.layers[layer].slab;
         let h = body.half_height();
-        !self.contained || (body.centre.z - h >= slab.bottom && body.centre.z + h <= slab.top)
+        body.centre.z - h >= slab.bottom && body.centre.z + h <= slab.top
     }
 
     /// Inside a body known by its shape.
+    #[inline]
     fn body_next(&self, layer: usize, ray: &Ray, place: &mut Place, limit: f64) -> Next {
-        let State::Body { body, part, left, .. } = &place.state else { return Next::Lost };
+        let (State::Body { part, left }, Some(body)) = (place.state, &place.body) else { return Next::Lost };
         let population = &self.layers[layer];
         let kind = &population.kinds[usize::from(body.kind)];
-        let crossing = body.leave(ray.origin, ray.dir, *part, *left);
+        let crossing = body.leave(ray.origin, ray.dir, part, left);
         if self.rung != Rung::Homogeneous {
             let (to_plane, face) = plane_ahead(ray, population.slab.top, population.slab.bottom);
             if to_plane <= limit && crossing.is_none_or(|c| to_plane < c.t) {
@@ -369,16 +380,12 @@ pub enum State {
         /// Kind of the body just left, if the ray starts from a surface (the Grace way asks).
         from: Option<u16>,
     },
-    /// In a body with an exact shape.
+    /// In the body of the place, an exact shape.
     Body {
-        /// The body.
-        body: Body,
         /// Wall or lumen.
         part: Part,
         /// Surface just left.
         left: Left,
-        /// Where the ray entered (rung `homogeneous`).
-        entered: DVec3,
     },
     /// In a body known by its kind only (rung `markov`).
     Markov {
@@ -396,12 +403,12 @@ pub enum Pending {
     Unexplored,
     /// Nothing there.
     Nothing,
-    /// A body.
+    /// The body of the place.
     Meet {
         /// How far.
         distance: f64,
-        /// Which.
-        encounter: Encounter,
+        /// Outward normal where the ray enters.
+        outward: DVec3,
     },
     /// A surface of the body that the ray is in.
     Leave(Left),
@@ -426,6 +433,10 @@ pub struct Place {
     layer: u16,
     state: State,
     pending: Pending,
+    /// The body that the ray is in or is about to meet; drawn here once and never moved.
+    body: Option<Body>,
+    /// Where the ray entered it (rung `homogeneous`).
+    entered: DVec3,
 }
 
 impl Universe for StatisticalUniverse {
@@ -434,25 +445,33 @@ impl Universe for StatisticalUniverse {
 
     fn forget(&self, _: &mut ()) {}
 
+    #[inline]
     fn enter(&self, ray: &Ray, _: &mut (), rng: &mut Stream) -> Start<Place> {
         let face = if ray.dir.z <= 0.0 { Face::Top } else { Face::Bottom };
         let (layer, open) = match face {
             Face::Top => (0, self.open_top),
             Face::Bottom => (self.layers.len() - 1, self.open_bottom),
         };
-        let place = |state| Place { layer: layer as u16, state, pending: Pending::Unexplored };
+        let place = |state, body| Place {
+            layer: layer as u16,
+            state,
+            pending: Pending::Unexplored,
+            body,
+            entered: ray.origin,
+        };
         if !open {
-            return Start { place: place(State::Outside(face)), medium: self.outside };
+            return Start { place: place(State::Outside(face), None), medium: self.outside };
         }
         let population = &self.layers[layer];
         if self.start_in_bodies
-            && let Some((state, medium)) = start_in_body(population, self.rung, ray, rng)
+            && let Some((state, body, medium)) = start_in_body(population, self.rung, ray, rng)
         {
-            return Start { place: place(state), medium };
+            return Start { place: place(state, body), medium };
         }
-        Start { place: place(State::Pore { from: None }), medium: population.slab.pore }
+        Start { place: place(State::Pore { from: None }, None), medium: population.slab.pore }
     }
 
+    #[inline]
     fn next(&self, ray: &Ray, place: &mut Place, _: &mut (), limit: f64, rng: &mut Stream) -> Next {
         let layer = usize::from(place.layer);
         match place.state {
@@ -463,6 +482,7 @@ impl Universe for StatisticalUniverse {
         }
     }
 
+    #[inline]
     fn moved(&self, _: &Ray, place: &mut Place, _: &mut (), _: f64) {
         place.pending = Pending::Unexplored;
         match &mut place.state {
@@ -472,33 +492,38 @@ impl Universe for StatisticalUniverse {
         }
     }
 
+    #[inline]
     fn reflected(&self, _: &Ray, place: &mut Place, _: &mut (), _: &Interface) {
-        match (&mut place.state, &place.pending) {
-            (State::Body { left, .. }, Pending::Leave(surface)) => *left = *surface,
-            (State::Pore { from }, Pending::Meet { encounter, .. }) => *from = Some(encounter.body.kind),
+        match (&mut place.state, place.pending) {
+            (State::Body { left, .. }, Pending::Leave(surface)) => *left = surface,
+            (State::Pore { from }, Pending::Meet { .. }) => *from = place.body.as_ref().map(|b| b.kind),
             _ => {}
         }
         place.pending = Pending::Unexplored;
     }
 
+    #[inline]
     fn crossed(&self, ray: &mut Ray, place: &mut Place, _: &mut (), _: &Interface) {
         let pending = std::mem::replace(&mut place.pending, Pending::Unexplored);
         place.state = match (place.state, pending) {
-            (State::Pore { .. }, Pending::Meet { encounter, .. }) if self.rung == Rung::Markov => {
-                State::Markov { kind: encounter.body.kind, part: Part::Wall }
-            }
-            (State::Pore { .. }, Pending::Meet { encounter, .. }) => {
-                State::Body { body: encounter.body, part: Part::Wall, left: Left::Outer, entered: ray.origin }
-            }
-            (State::Body { body, part, entered, .. }, Pending::Leave(Left::Lumen)) => {
-                let part = if part == Part::Wall { Part::Lumen } else { Part::Wall };
-                State::Body { body, part, left: Left::Lumen, entered }
-            }
-            (State::Body { body, entered, .. }, Pending::Leave(_)) => {
-                if self.rung == Rung::Homogeneous {
-                    ray.origin = entered;
+            (State::Pore { .. }, Pending::Meet { .. }) => {
+                place.entered = ray.origin;
+                match &place.body {
+                    Some(body) if self.rung == Rung::Markov => {
+                        State::Markov { kind: body.kind, part: Part::Wall }
+                    }
+                    _ => State::Body { part: Part::Wall, left: Left::Outer },
                 }
-                State::Pore { from: Some(body.kind) }
+            }
+            (State::Body { part, .. }, Pending::Leave(Left::Lumen)) => {
+                let part = if part == Part::Wall { Part::Lumen } else { Part::Wall };
+                State::Body { part, left: Left::Lumen }
+            }
+            (State::Body { .. }, Pending::Leave(_)) => {
+                if self.rung == Rung::Homogeneous {
+                    ray.origin = place.entered;
+                }
+                State::Pore { from: place.body.as_ref().map(|b| b.kind) }
             }
             (State::Markov { kind, part }, Pending::Chord { inward, .. }) => match (part, inward) {
                 (Part::Wall, true) => State::Markov { kind, part: Part::Lumen },
@@ -532,7 +557,12 @@ impl StatisticalUniverse {
 }
 
 /// A start on a cut plane is inside a body with the probability of the bodies' share.
-fn start_in_body(p: &Population, rung: Rung, ray: &Ray, rng: &mut Stream) -> Option<(State, MediumId)> {
+fn start_in_body(
+    p: &Population,
+    rung: Rung,
+    ray: &Ray,
+    rng: &mut Stream,
+) -> Option<(State, Option<Body>, MediumId)> {
     let x = rng.uniform();
     let mut sum = 0.0;
     let index = p.share.iter().position(|s| {
@@ -543,10 +573,10 @@ fn start_in_body(p: &Population, rung: Rung, ray: &Ray, rng: &mut Stream) -> Opt
     if rung == Rung::Markov {
         let part = if rng.uniform() < p.solid[index] { Part::Wall } else { Part::Lumen };
         let medium = if part == Part::Wall { kind.wall } else { kind.lumen };
-        return Some((State::Markov { kind: index as u16, part }, medium));
+        return Some((State::Markov { kind: index as u16, part }, None, medium));
     }
     let body = kind.covering(ray.origin, index as u16, rng);
     let part = body.part_at(ray.origin);
     let medium = if part == Part::Wall { kind.wall } else { kind.lumen };
-    Some((State::Body { body, part, left: Left::Nothing, entered: ray.origin }, medium))
+    Some((State::Body { part, left: Left::Nothing }, Some(body), medium))
 }

@@ -110,6 +110,7 @@ impl Body {
     /// unbounded fibre. Convexity tells which roots can count: in the lumen the far root of the
     /// lumen; in the wall the near root of the lumen, unless the ray has just left it, else the far
     /// root of the outer surface. No root is judged by its distance.
+    #[inline]
     pub fn leave(&self, origin: DVec3, dir: DVec3, part: Part, left: Left) -> Option<Crossing> {
         let o = self.frame.to_local(origin - self.centre);
         let d = self.frame.to_local(dir);
