@@ -229,17 +229,16 @@ fn surfaces_agree_in_both_branchings() {
             );
             assert!((s.0 - p.0).abs() <= 4.0 * se, "{name} {what}: split {s:?}, sample {p:?}");
             assert!(se < 8e-3, "{name} {what}: {se}");
-            // Rough: see `resolved_saps_refract_what_they_do_not_reflect`.
-            if name == "Lambertian" {
-                assert!((p.0 - c.0).abs() <= 4.0 * p.1.hypot(c.1), "{what}: sample {p:?}, law {c:?}");
-            }
+            // Rough: incidence bins of 2 degrees mix linearly, see
+            // `resolved_saps_refract_what_they_do_not_reflect`.
+            let slack = if name == "Lambertian" { 0.0 } else { 2e-3 };
+            assert!((p.0 - c.0).abs() <= 4.0 * p.1.hypot(c.1) + slack, "{what}: sample {p:?}, law {c:?}");
         }
     }
 }
 
 /// A resolved SAP of a rough dielectric face against the continuous law.
 #[test]
-#[ignore = "fails: a resolved SAP knows a facet by its mirror direction above the surface, and masks the facets without one, whose refraction the continuous law lets pass"]
 fn resolved_saps_refract_what_they_do_not_reflect() {
     let run = |sap| {
         let (universe, light) = slab_with(rough(), sap);

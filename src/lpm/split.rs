@@ -3,10 +3,11 @@
 //! floor stops; the mean is the same as that of `sample`.
 
 use super::history::{History, Path, Scorer, World, attenuate, edge, settle};
-use super::ledger::{add, largest, scaled};
+use super::ledger::{Ledger, add, largest, scaled};
 use super::light::MediumSap;
 use super::patches::{self, SurfaceSap};
 use super::surface::{Fate, Meeting, SurfaceLaw, snell};
+use crate::material::fresnel;
 use crate::math::{DVec3, fast, ln_1p};
 use crate::microfacet::Masking;
 use crate::rng::Stream;
@@ -86,7 +87,7 @@ impl Split {
         tally.scattered(&branch);
         let frame = sap.frame(branch.ray.dir, rng);
         for (patch, &ratio) in sap.sap.ratios().iter().enumerate() {
-            let Some(power) = self.admit(&scaled(&branch.power, ratio), h, rng) else { continue };
+            let Some(power) = self.admit(&scaled(&branch.power, ratio), &mut h.ledger, rng) else { continue };
             let local = sap.sap.direction(patch, sap.directions, rng, |u| medium.phase.pdf(u.z));
             let mut child = Path { power, ..branch };
             child.ray.dir = frame.to_world(local);
@@ -97,10 +98,10 @@ impl Split {
     }
 
     /// Floor and roulette of a new branch: the power it goes on with.
-    fn admit<U: Universe, const N: usize>(
+    fn admit<const N: usize>(
         &self,
         power: &[f64; N],
-        h: &mut History<U, N>,
+        ledger: &mut Ledger<N>,
         rng: &mut Stream,
     ) -> Option<[f64; N]> {
         let most = largest(power);
@@ -111,10 +112,10 @@ impl Split {
         if most > 0.0 && rng.uniform() < survival {
             let raised = scaled(power, 1.0 / survival);
             let balance = std::array::from_fn(|i| power[i] - raised[i]);
-            add(&mut h.ledger.roulette, &balance);
+            add(&mut ledger.roulette, &balance);
             return Some(raised);
         }
-        add(&mut h.ledger.roulette, power);
+        add(&mut ledger.roulette, power);
         None
     }
 
@@ -137,7 +138,9 @@ impl Split {
         tally.interface(path, at);
         let meeting = Meeting { dir: path.ray.dir, at, here, beyond };
         let sap = self.surfaces.get(usize::from(at.surface.0)).and_then(Option::as_ref);
-        for (power, fate) in outgoing(law, sap, &meeting, &path.power, rng) {
+        let ledger = &mut h.ledger;
+        let mut early = |power: &[f64; N], rng: &mut Stream| self.admit(power, ledger, rng);
+        for (power, fate) in outgoing(&mut early, law, sap, &meeting, &path.power, rng) {
             if let Fate::Masked = fate {
                 add(&mut h.ledger.masked, &power);
                 continue;
@@ -148,7 +151,7 @@ impl Split {
                 add(&mut h.ledger.absorbed, &power);
                 continue;
             }
-            let Some(power) = self.admit(&power, h, rng) else { continue };
+            let Some(power) = self.admit(&power, &mut h.ledger, rng) else { continue };
             let mut child = Path { power, ..*path };
             if settle(world, &mut child, at, fate, h, tally) {
                 h.bank.push(child);
@@ -160,6 +163,7 @@ impl Split {
 
 /// Power and fate of every branch of a surface event; the powers sum to `power`.
 fn outgoing<const N: usize>(
+    admit: &mut dyn FnMut(&[f64; N], &mut Stream) -> Option<[f64; N]>,
     law: &SurfaceLaw<N>,
     sap: Option<&SurfaceSap>,
     m: &Meeting<N>,
@@ -170,7 +174,7 @@ fn outgoing<const N: usize>(
         (sap, &law.directions)
         && sap.is_resolved()
     {
-        return resolved(law, sap, facets, *renormalised, m, power, rng);
+        return resolved(admit, law, sap, facets, *renormalised, m, power, rng);
     }
     let r = law.reflectance(m.here, m.beyond, m.cos_i());
     let reflected: [f64; N] = std::array::from_fn(|i| power[i] * r[i]);
@@ -214,7 +218,9 @@ fn outgoing<const N: usize>(
 }
 
 /// Branches of a resolved SAP: each patch stands for a facet, which reflects and refracts.
+#[allow(clippy::too_many_arguments)]
 fn resolved<const N: usize>(
+    admit: &mut dyn FnMut(&[f64; N], &mut Stream) -> Option<[f64; N]>,
     law: &SurfaceLaw<N>,
     sap: &SurfaceSap,
     facets: &crate::microfacet::Microfacet,
@@ -223,31 +229,42 @@ fn resolved<const N: usize>(
     power: &[f64; N],
     rng: &mut Stream,
 ) -> Vec<([f64; N], Fate<N>)> {
-    let (frame, table, albedo, bin_i) = sap.resolved(facets, m, rng);
-    let seen = if renormalised { 1.0 } else { albedo };
-    let mut out = vec![(scaled(power, 1.0 - seen), Fate::Masked)];
-    let i = frame.to_local(-m.dir);
-    let eta = m.beyond.n.re / m.here.n.re;
-    let density = |o: DVec3| facets.reflected_density(bin_i, o, Masking::Separable);
-    for (patch, &ratio) in table.ratios().iter().enumerate() {
-        if ratio == 0.0 {
-            continue;
-        }
-        let share = scaled(power, seen * ratio);
+    let met = sap.resolved(facets, m, rng);
+    let i = met.incidence;
+    let whole = if renormalised { met.reflected.albedo } else { 1.0 };
+    let stays = law.opaque || !fresnel::weakly_absorbing(m.beyond.n);
+    let refracted = met.refracted.filter(|_| !stays);
+    // White shares of both sides, less what Fresnel leaves of them below, are what masking removes.
+    let white = met.reflected.albedo + refracted.map_or(0.0, |lobe| lobe.albedo);
+    let mut masked = scaled(power, 1.0 - white / whole);
+    let mut out = Vec::new();
+    let density = |o: DVec3| facets.reflected_density(i, o, Masking::Separable);
+    let table = &met.reflected.sap;
+    for (patch, &ratio) in table.ratios().iter().enumerate().filter(|(_, r)| **r > 0.0) {
+        // Roulette first: directions of patches that it kills need not be drawn.
+        let share = scaled(power, met.reflected.albedo / whole * ratio);
+        let Some(share) = admit(&share, rng) else { continue };
         let o = table.direction(patch, sap.directions(), rng, density);
-        let facet = (i + o).normalize_or(DVec3::Z);
-        let r = law.reflectance(m.here, m.beyond, i.dot(facet).clamp(0.0, 1.0));
+        let r = law.reflectance(m.here, m.beyond, patches::facet_cosine(i, o, 1.0));
         let back: [f64; N] = std::array::from_fn(|k| share[k] * r[k]);
-        let on: [f64; N] = std::array::from_fn(|k| share[k] - back[k]);
-        out.push((back, Fate::Reflected { dir: frame.to_world(o), absorbed: None }));
-        let beyond = crate::microfacet::refract_about(i, facet, eta).filter(|o| o.z < 0.0);
-        out.push(match beyond {
-            _ if law.opaque || !crate::material::fresnel::weakly_absorbing(m.beyond.n) => {
-                (on, Fate::Absorbed)
-            }
-            Some(o) => (on, Fate::Refracted { dir: frame.to_world(o) }),
-            None => (on, Fate::Masked),
-        });
+        let lost: [f64; N] = std::array::from_fn(|k| share[k] - back[k]);
+        out.push((back, Fate::Reflected { dir: met.frame.to_world(o), absorbed: None }));
+        if stays {
+            out.push((lost, Fate::Absorbed));
+        } else {
+            add(&mut masked, &lost);
+        }
     }
+    if let Some(lobe) = refracted {
+        for (patch, &ratio) in lobe.sap.ratios().iter().enumerate().filter(|(_, r)| **r > 0.0) {
+            let Some(share) = admit(&scaled(power, lobe.albedo / whole * ratio), rng) else { continue };
+            let o = sap.refracted_out(facets, &met, lobe, patch, rng);
+            let r = law.reflectance(m.here, m.beyond, patches::facet_cosine(i, o, met.eta));
+            let on: [f64; N] = std::array::from_fn(|k| share[k] * (1.0 - r[k]));
+            add(&mut masked, &std::array::from_fn(|k| share[k] - on[k]));
+            out.push((on, Fate::Refracted { dir: met.frame.to_world(o) }));
+        }
+    }
+    out.push((masked, Fate::Masked));
     out
 }

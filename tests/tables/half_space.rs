@@ -9,14 +9,20 @@ use lightpro::phase::Phase;
 use lightpro::run::{Histories, run_group};
 use lightpro::source::Source;
 use lightpro::tally::Cell;
+use lightpro::universe::shape::{Ellipsoid, Placed, Shape};
 use lightpro::universe::sheet::Slab;
 use lightpro::universe::statistical::{Population, Rules, Rung, StatisticalUniverse};
 use lightpro::universe::synthetic::{Part, SyntheticUniverse};
-use lightpro::universe::shape::{Ellipsoid, Placed, Shape};
 use lightpro::universe::{BodyId, MediumId, SurfaceId, Universe};
 
 /// Reflected share and its standard error.
-fn reflected<U: Universe>(universe: &U, light: &Light<1>, source: &Source, top: f64, count: u64) -> (f64, f64) {
+fn reflected<U: Universe>(
+    universe: &U,
+    light: &Light<1>,
+    source: &Source,
+    top: f64,
+    count: u64,
+) -> (f64, f64) {
     let world = World {
         universe,
         light,
@@ -30,7 +36,8 @@ fn reflected<U: Universe>(universe: &U, light: &Light<1>, source: &Source, top: 
         analog: false,
     };
     let layout = crate::transport::layout(light.media.len());
-    let node = run_group(&world, source, &layout, Histories { seed: 20_261_122, group: 0, count }, |_, _| true);
+    let node =
+        run_group(&world, source, &layout, Histories { seed: 20_261_122, group: 0, count }, |_, _| true);
     let m = node.moments(layout.of(Cell::Reflected), 0, 1);
     (m.mean(), m.standard_error())
 }
@@ -39,7 +46,9 @@ fn reflected<U: Universe>(universe: &U, light: &Light<1>, source: &Source, top: 
 fn half_space(row: &Row, shift: f64) -> Check {
     let albedo = row.f("albedo");
     if albedo == 1.0 {
-        return Check::Cannot("conservative half space: R = 1, unbounded histories; slab_totals has it at depth 10^4");
+        return Check::Cannot(
+            "conservative half space: R = 1, unbounded histories; slab_totals has it at depth 10^4",
+        );
     }
     let depth = 1e4;
     let slab = Slab { top: depth, bottom: 0.0, pore: MediumId(1), surface: SurfaceId::SMOOTH };
@@ -85,8 +94,13 @@ fn chandrasekhar_notices_albedo() {
 /// share that does not come back or pass by is the share that hits.
 fn hit_share(row: &Row, radius: f64) -> Check {
     let ball = Placed::at_origin(Shape::Ellipsoid(Ellipsoid::sphere(radius)));
-    let ball = Placed::new(ball.shape, DVec3::new(0.0, 0.0, -2.0), lightpro::math::Frame { x: DVec3::X, y: DVec3::Y, z: DVec3::Z });
-    let part = Part { shape: ball, medium: MediumId(1), surface: SurfaceId::SMOOTH, priority: 0, body: BodyId(0) };
+    let ball = Placed::new(
+        ball.shape,
+        DVec3::new(0.0, 0.0, -2.0),
+        lightpro::math::Frame { x: DVec3::X, y: DVec3::Y, z: DVec3::Z },
+    );
+    let part =
+        Part { shape: ball, medium: MediumId(1), surface: SurfaceId::SMOOTH, priority: 0, body: BodyId(0) };
     let universe = SyntheticUniverse::new(MediumId(0), vec![part]).unwrap();
     // Index-matched and black inside: every ray that enters stays there.
     let media = vec![Medium::clear(1.0), Medium::clear(1.0).with([1e6], 0.0, Phase::Isotropic)];
@@ -105,7 +119,8 @@ fn hit_share(row: &Row, radius: f64) -> Check {
         analog: false,
     };
     let layout = crate::transport::layout(2);
-    let node = run_group(&world, &source, &layout, Histories { seed: 1, group: 0, count: 4_000_000 }, |_, _| true);
+    let node =
+        run_group(&world, &source, &layout, Histories { seed: 1, group: 0, count: 4_000_000 }, |_, _| true);
     let m = node.moments(layout.absorbed(MediumId(1)), 0, 1);
     let want = row.f("fraction_of_isotropic_rays_hitting_sphere");
     Check::Deviation((m.mean() - want).abs() / (4.0 * m.standard_error()))
@@ -119,6 +134,7 @@ fn solid_angle_of_the_papers_sphere() {
 #[test]
 fn solid_angle_notices_the_radius() {
     let table = rows("seed_sphere_solid_angle.csv");
-    let noticed = table.iter().filter(|r| matches!(hit_share(r, 3.03), Check::Deviation(d) if d > 1.0)).count();
+    let noticed =
+        table.iter().filter(|r| matches!(hit_share(r, 3.03), Check::Deviation(d) if d > 1.0)).count();
     assert!(noticed + 1 >= table.len(), "radius + 1 % noticed in {noticed} rows");
 }
