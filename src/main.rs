@@ -61,7 +61,11 @@ enum Command {
         from: PathBuf,
     },
     /// Print the XML schema of scenes
-    Schema,
+    Schema {
+        /// The reference page of scenes instead
+        #[arg(long)]
+        markdown: bool,
+    },
 }
 
 #[derive(Args)]
@@ -102,8 +106,9 @@ fn main() -> ExitCode {
         Command::Plan { scene } => command::plan(&scene.into_args()).map(|t| print!("{t}")),
         Command::Check { scene } => command::check(&scene.into_args()).map(|t| println!("{t}")),
         Command::Materials { filter, from } => command::materials(&from, &filter).map(|t| print!("{t}")),
-        Command::Schema => {
-            print!("{}", lightpro::scene::table::xsd());
+        Command::Schema { markdown } => {
+            use lightpro::scene::table;
+            print!("{}", if markdown { table::markdown() } else { table::xsd() });
             Ok(())
         }
     };

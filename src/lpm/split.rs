@@ -161,9 +161,12 @@ impl Split {
     }
 }
 
+/// Floor and roulette: the power that a branch goes on with.
+type Admit<'a, const N: usize> = dyn FnMut(&[f64; N], &mut Stream) -> Option<[f64; N]> + 'a;
+
 /// Power and fate of every branch of a surface event; the powers sum to `power`.
 fn outgoing<const N: usize>(
-    admit: &mut dyn FnMut(&[f64; N], &mut Stream) -> Option<[f64; N]>,
+    admit: &mut Admit<N>,
     law: &SurfaceLaw<N>,
     sap: Option<&SurfaceSap>,
     m: &Meeting<N>,
@@ -220,7 +223,7 @@ fn outgoing<const N: usize>(
 /// Branches of a resolved SAP: each patch stands for a facet, which reflects and refracts.
 #[allow(clippy::too_many_arguments)]
 fn resolved<const N: usize>(
-    admit: &mut dyn FnMut(&[f64; N], &mut Stream) -> Option<[f64; N]>,
+    admit: &mut Admit<N>,
     law: &SurfaceLaw<N>,
     sap: &SurfaceSap,
     facets: &crate::microfacet::Microfacet,

@@ -8,7 +8,7 @@ use super::{RunFolder, RunResult, csv};
 use crate::math::{PI, acos, atan2};
 use crate::run::Outcome;
 use crate::run::simulate::GroupResult;
-use crate::sap::Healpix;
+use crate::sap::{Half, Healpix};
 use crate::scene::plan::Plan;
 use crate::scene::{Scene, Source};
 use crate::universe::MediumId;
@@ -57,12 +57,14 @@ fn spectrum(folder: &RunFolder, scene: &Scene, result: &RunResult) -> io::Result
         ("absorptance", "absorptance"),
         ("r0", "R0, one sheet over black"),
         ("r_infinity", "R∞, pile of sheets"),
-        ("checkpoint", "through the checkpoint plane"),
+        ("checkpoint", "checkpoint plane"),
     ];
     let mut rows = Vec::new();
     let mut curves: Vec<Curve> = Vec::new();
     for (name, label) in names {
-        let of: Vec<_> = result.figures.iter().filter(|f| f.name == name && f.component.is_none()).collect();
+        // A bound is no point of a spectrum.
+        let measured = |f: &&super::Figure| f.name == name && f.component.is_none() && f.error.is_some();
+        let of: Vec<_> = result.figures.iter().filter(measured).collect();
         let points: Vec<(f64, f64, f64)> =
             of.iter().filter_map(|f| Some((f.wavelength_nm?, f.value?, f.error.unwrap_or(0.0)))).collect();
         rows.extend(points.iter().map(|&(nm, value, error)| SpectrumRow {
@@ -154,22 +156,29 @@ fn patches(group: &GroupResult, hp: &Healpix, cells: Range<usize>, turn: f64) ->
         let azimuth = degrees(atan2(d.y, d.x) - turn);
         (degrees(acos(d.z)), azimuth - 360.0 * (azimuth / 360.0).floor())
     };
-    cells
-        .enumerate()
-        .map(|(pix, cell)| {
-            let m = group.moments(cell, 0);
-            let (polar_deg, azimuth_deg) = angles(hp.centre(pix));
-            Patch {
+    // Upwards first, then (where they are counted) downwards; a patch on the horizon has a part in each.
+    let sides = [Half::Upper, Half::Lower].into_iter().zip(cells.step_by(hp.npix()));
+    let mut out = Vec::new();
+    for (half, first) in sides {
+        for pix in 0..hp.npix() {
+            let area = hp.area() * hp.share_in(pix, Some(half));
+            if area == 0.0 {
+                continue;
+            }
+            let m = group.moments(first + pix, 0);
+            let (polar_deg, azimuth_deg) = angles(hp.representative(pix, Some(half)));
+            out.push(Patch {
                 patch: pix as u64,
                 polar_deg,
                 azimuth_deg,
-                solid_angle_sr: hp.area(),
-                value: m.mean() / hp.area(),
-                error: m.standard_error() / hp.area(),
+                solid_angle_sr: area,
+                value: m.mean() / area,
+                error: m.standard_error() / area,
                 outline: hp.boundaries(pix, 6).into_iter().map(angles).collect(),
-            }
-        })
-        .collect()
+            });
+        }
+    }
+    out
 }
 
 /// Absorption and fluence over depth by component, at the first wavelength.

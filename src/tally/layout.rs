@@ -107,28 +107,30 @@ impl Layout {
         self.angular.as_ref().map_or(0, Healpix::npix)
     }
 
-    /// Cell of a direction that leaves.
+    /// Cell of a direction that leaves: all patches upwards, then all patches downwards, so that the
+    /// patches on the horizon keep the two apart.
     #[inline]
     pub fn angular_cell(&self, dir: DVec3) -> Option<usize> {
-        self.angular.as_ref().map(|h| self.angular_start() + h.pix_of(dir))
+        let side = if dir.z < 0.0 { self.patches() } else { 0 };
+        self.angular.as_ref().map(|h| self.angular_start() + side + h.pix_of(dir))
     }
 
-    /// First cell of the angular tally and their number.
+    /// Cells of the angular tally: upwards, then downwards.
     pub fn angular_range(&self) -> std::ops::Range<usize> {
         let start = self.angular_start();
-        start..start + self.patches()
+        start..start + 2 * self.patches()
     }
 
     /// Cell of a direction through the checkpoint plane.
     #[inline]
     pub fn checkpoint_cell(&self, dir: DVec3) -> Option<usize> {
-        let start = self.angular_start() + self.patches();
+        let start = self.angular_start() + 2 * self.patches();
         self.angular.as_ref().map(|h| start + h.pix_of(dir))
     }
 
     /// Cells of the directions through the checkpoint plane.
     pub fn checkpoint_range(&self) -> std::ops::Range<usize> {
-        let start = self.angular_start() + self.patches();
+        let start = self.angular_start() + 2 * self.patches();
         start..start + if self.checkpoint.is_some() { self.patches() } else { 0 }
     }
 
