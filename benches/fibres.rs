@@ -56,6 +56,7 @@ fn universe() -> StatisticalUniverse {
         contained: false,
         start_in_bodies: true,
         backing: false,
+        clear: [false; 2],
     };
     StatisticalUniverse::new(vec![layer], rules)
 }

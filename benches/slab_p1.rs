@@ -35,6 +35,7 @@ fn universe() -> StatisticalUniverse {
         contained: false,
         start_in_bodies: false,
         backing: false,
+        clear: [true; 2],
     };
     StatisticalUniverse::new(vec![layer], rules)
 }

@@ -87,6 +87,7 @@ fn sheet(slabs: Vec<Population>, backing: bool) -> StatisticalUniverse {
         contained: false,
         start_in_bodies: false,
         backing,
+        clear: [false; 2],
     };
     StatisticalUniverse::new(slabs, rules)
 }

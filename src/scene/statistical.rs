@@ -10,7 +10,7 @@ use crate::universe::statistical::amount::{
 use crate::universe::statistical::grace::Grace;
 use crate::universe::statistical::kind::{Kind, Sizes};
 use crate::universe::statistical::{Population, Rules, Rung, StatisticalUniverse};
-use crate::universe::{BodyId, SurfaceId};
+use crate::universe::{BodyId, MediumId, SurfaceId};
 
 /// What a layer of bodies came to, for `plan`.
 #[derive(Clone, Debug)]
@@ -74,8 +74,17 @@ pub fn build(
         contained: sheet.edges == Edges::Contained,
         start_in_bodies: sheet.edges == Edges::Cut && sheet.start == StartIn::Anywhere,
         backing: sheet.backing.is_some(),
+        clear: clear_faces(sheet, scene),
     };
     Ok((StatisticalUniverse::new(populations, rules), reports))
+}
+
+/// Whether the outermost planes part media of equal index with a smooth surface.
+fn clear_faces(sheet: &StatisticalSheet, scene: &model::Scene) -> [bool; 2] {
+    let index = |m: MediumId| &scene.materials[usize::from(m.0)].index;
+    let same = |l: Option<&Layer>| l.is_some_and(|l| index(l.pore) == index(sheet.outside));
+    let smooth = sheet.layers.first().is_some_and(|l| l.surface == SurfaceId::SMOOTH);
+    [smooth && same(sheet.layers.first()), same(sheet.layers.last())]
 }
 
 fn rung(memory: Memory) -> Rung {

@@ -61,6 +61,7 @@ fn half_space(row: &Row, shift: f64) -> Check {
         contained: false,
         start_in_bodies: false,
         backing: false,
+        clear: [false; 2],
     };
     let universe = StatisticalUniverse::new(vec![layer], rules);
     let a = albedo - shift;

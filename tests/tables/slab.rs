@@ -54,6 +54,7 @@ fn case(layers: &str, n_top: f64, backing: Option<f64>, incidence: &str, shift_g
         contained: false,
         start_in_bodies: false,
         backing: backing.is_some(),
+        clear: [false; 2],
     };
     let centre = DVec3::new(0.0, 0.0, height);
     let source = match incidence {

@@ -120,6 +120,7 @@ impl Sheet {
             contained: self.contained,
             start_in_bodies: self.start_in_bodies,
             backing: false,
+            clear: [false; 2],
         }
     }
 
@@ -151,6 +152,7 @@ pub fn plain_sheet(layers: Vec<Population>) -> StatisticalUniverse {
             contained: false,
             start_in_bodies: false,
             backing: false,
+            clear: [false; 2],
         },
     )
 }

@@ -85,6 +85,9 @@ pub struct Rules {
     pub start_in_bodies: bool,
     /// A backing in optical contact: the lower face has no surface.
     pub backing: bool,
+    /// The upper and the lower face are smooth and part media of equal index: light passes as if nothing
+    /// were there, so no event is spent on them.
+    pub clear: [bool; 2],
 }
 
 impl StatisticalUniverse {
@@ -107,8 +110,9 @@ impl StatisticalUniverse {
         let open = |layer: Option<&Population>, surface: SurfaceId| {
             layer.is_some_and(|l| l.slab.pore == rules.outside && surface == SurfaceId::SMOOTH)
         };
-        let open_top = open(layers.first(), layers.first().map_or(SurfaceId::SMOOTH, |l| l.slab.surface));
-        let open_bottom = rules.backing || open(layers.last(), rules.bottom_surface);
+        let open_top = rules.clear[0]
+            || open(layers.first(), layers.first().map_or(SurfaceId::SMOOTH, |l| l.slab.surface));
+        let open_bottom = rules.clear[1] || rules.backing || open(layers.last(), rules.bottom_surface);
         StatisticalUniverse {
             open_top,
             open_bottom,
@@ -563,6 +567,9 @@ fn start_in_body(
     ray: &Ray,
     rng: &mut Stream,
 ) -> Option<(State, Option<Body>, MediumId)> {
+    if p.share.is_empty() {
+        return None;
+    }
     let x = rng.uniform();
     let mut sum = 0.0;
     let index = p.share.iter().position(|s| {
