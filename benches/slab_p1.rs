@@ -20,7 +20,8 @@ use std::hint::black_box;
 const HEIGHT: f64 = 200.0;
 
 fn universe() -> StatisticalUniverse {
-    let layer = Population::plain(Slab { top: HEIGHT, bottom: 0.0, pore: MediumId(1), surface: SurfaceId::SMOOTH });
+    let layer =
+        Population::plain(Slab { top: HEIGHT, bottom: 0.0, pore: MediumId(1), surface: SurfaceId::SMOOTH });
     let rules = Rules {
         rung: Rung::Homogeneous,
         outside: MediumId(0),

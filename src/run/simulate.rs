@@ -101,6 +101,8 @@ pub fn simulate(
             (AnyUniverse::Statistical(u), _) => {
                 one::<_, LANES>(scene, plan, u, wavelengths, group, &mut tell)
             }
+            (AnyUniverse::Lazy(u), 1) => one::<_, 1>(scene, plan, u, wavelengths, group, &mut tell),
+            (AnyUniverse::Lazy(u), _) => one::<_, LANES>(scene, plan, u, wavelengths, group, &mut tell),
             (AnyUniverse::Synthetic(u), 1) => one::<_, 1>(scene, plan, u, wavelengths, group, &mut tell),
             (AnyUniverse::Synthetic(u), _) => one::<_, LANES>(scene, plan, u, wavelengths, group, &mut tell),
         }?;

@@ -1,6 +1,6 @@
 //! Every call of the scene reader into spectra, laws and phase functions.
 
-use crate::law::{Azimuth, Roll, SizeLaw, Weighting};
+use crate::law::{Azimuth, Roll, SizeLaw, Tilt, Weighting};
 use crate::material::RefractiveIndex;
 use crate::phase::{Phase, Table};
 use crate::rng::Stream;
@@ -119,6 +119,11 @@ pub fn wrapped_cauchy(mean: f64, rho: f64) -> Answer<Azimuth> {
 /// Normal roll.
 pub fn roll_normal(sd: f64) -> Answer<Roll> {
     told(Roll::normal(sd))
+}
+
+/// Normal tilt out of the plane.
+pub fn tilt_normal(sd: f64) -> Answer<Tilt> {
+    told(Tilt::normal(sd))
 }
 
 // ---- phase functions ----

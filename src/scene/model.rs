@@ -1,7 +1,7 @@
 //! The checked scene: what a scene file means, all defaults filled in, all units internal
 //! (µm, nm, rad, 1/µm; grammage in g/m²).
 
-use crate::law::{Azimuth, Roll, SizeLaw};
+use crate::law::{Azimuth, Roll, SizeLaw, Tilt};
 use crate::material::RefractiveIndex;
 use crate::math::DVec3;
 use crate::phase::Phase;
@@ -206,6 +206,10 @@ pub enum Memory {
     Markov,
     /// The body the ray is in.
     None,
+    /// The last k flights and the bodies met on them.
+    Last(u32),
+    /// Everything.
+    Full,
 }
 
 /// Rate of rung `none`.
@@ -224,6 +228,8 @@ pub enum Overlap {
     Union,
     /// The highest mark rules, wall or lumen.
     Priority,
+    /// Bodies do not overlap (an approximation of hard packing).
+    Forbid,
 }
 
 /// What happens at the faces of a sheet of bodies.
@@ -338,12 +344,16 @@ pub struct Component {
     pub surface: SurfaceId,
     /// In-plane azimuth of the axis.
     pub azimuth: Azimuth,
-    /// Tilt of the axis out of the plane, rad: fixed angle's law (0 = in plane), `None` = isotropic.
-    pub isotropic: bool,
+    /// Tilt of the axis out of the plane.
+    pub tilt: Tilt,
     /// Roll of the section.
     pub roll: Roll,
     /// How much.
     pub amount: Amount,
+    /// Relative density over relative depth, (depth, density) rows; None: uniform.
+    pub profile: Option<Vec<(f64, f64)>>,
+    /// Share of the outer surface in optical contact with another body of the layer.
+    pub bonded: f64,
     /// Density of the solid, kg/m³.
     pub density: f64,
     /// Coarseness, kg/m ×1e6 = mg/m, if given.
@@ -353,7 +363,7 @@ pub struct Component {
 /// Shape of a body.
 #[derive(Clone, Debug)]
 pub enum Shape {
-    /// Cylinder of elliptic section, unbounded in the statistical universe.
+    /// Cylinder of elliptic section.
     Fibre {
         /// Full width (major axis) of the section, µm.
         width: SizeLaw,
@@ -361,8 +371,10 @@ pub enum Shape {
         flatness: SizeLaw,
         /// Wall thickness, µm; None: solid.
         wall: Option<SizeLaw>,
-        /// Length, µm (amounts only).
+        /// Length, µm.
         length: SizeLaw,
+        /// Whether fibres end in flat ends; else they are unbounded and `length` serves amounts only.
+        finite: bool,
     },
     /// Ellipsoid with full axes, µm: the first two in the plane of the sheet (`roll` flat).
     Ellipsoid {
@@ -373,6 +385,13 @@ pub enum Shape {
     Sphere {
         /// µm.
         diameter: SizeLaw,
+    },
+    /// Round disc, flat in the sheet.
+    Disc {
+        /// µm.
+        diameter: SizeLaw,
+        /// µm.
+        thickness: SizeLaw,
     },
 }
 

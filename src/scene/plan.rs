@@ -55,9 +55,8 @@ impl Plan {
         let mut media = Media::of(scene.materials.iter().map(|m| m.id.clone()));
         let (universe, layers, faces) = match &scene.universe {
             Universe::Statistical(sheet) => {
-                let (u, layers) = statistical::build(sheet, scene, &mut media)?;
-                let top = u.thickness();
-                (AnyUniverse::Statistical(u), layers, Some((top, 0.0)))
+                let (u, top, layers) = statistical::build(sheet, scene, &mut media)?;
+                (u, layers, Some((top, 0.0)))
             }
             Universe::Synthetic(s) => {
                 let u = synthetic::universe(s).map_err(|e| e.to_string())?;

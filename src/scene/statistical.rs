@@ -2,13 +2,16 @@
 
 use super::media::Media;
 use super::model::{self, Amount, Edges, Layer, Memory, Overlap, Rate, Shape, StartIn, StatisticalSheet};
-use crate::law::{SizeLaw, Tilt};
+use crate::law::SizeLaw;
+use crate::universe::any::AnyUniverse;
 use crate::universe::sheet::Slab;
 use crate::universe::statistical::amount::{
     AmountError, Coverage, Rule, Target, averages, coverage, densities,
 };
 use crate::universe::statistical::grace::Grace;
 use crate::universe::statistical::kind::{Kind, Sizes};
+use crate::universe::statistical::lazy::{self, LazyUniverse};
+use crate::universe::statistical::profile::Profile;
 use crate::universe::statistical::{Population, Rules, Rung, StatisticalUniverse};
 use crate::universe::{BodyId, MediumId, SurfaceId};
 
@@ -46,7 +49,7 @@ pub struct ComponentReport {
     pub coarseness: Option<f64>,
 }
 
-/// The universe and its reports.
+/// The universe, its thickness (µm) and its reports.
 ///
 /// # Errors
 /// Amounts that cannot be: which layer and why.
@@ -54,7 +57,7 @@ pub fn build(
     sheet: &StatisticalSheet,
     scene: &model::Scene,
     media: &mut Media,
-) -> Result<(StatisticalUniverse, Vec<LayerReport>), String> {
+) -> Result<(AnyUniverse, f64, Vec<LayerReport>), String> {
     let mut top: f64 = sheet.layers.iter().map(|l| l.thickness).sum();
     let mut populations = Vec::new();
     let mut reports = Vec::new();
@@ -76,7 +79,20 @@ pub fn build(
         backing: sheet.backing.is_some(),
         clear: clear_faces(sheet, scene),
     };
-    Ok((StatisticalUniverse::new(populations, rules), reports))
+    let universe = StatisticalUniverse::new(populations, rules);
+    let top = universe.thickness();
+    let overlap = match sheet.overlap {
+        Overlap::Union => lazy::Overlap::Union,
+        Overlap::Priority => lazy::Overlap::Priority,
+        Overlap::Forbid => lazy::Overlap::Forbid,
+    };
+    let remembered = |last| AnyUniverse::Lazy(LazyUniverse::new(universe.clone(), overlap, last));
+    let made = match sheet.memory {
+        Memory::Full => remembered(None),
+        Memory::Last(k) => remembered(Some(k)),
+        _ => AnyUniverse::Statistical(universe),
+    };
+    Ok((made, top, reports))
 }
 
 /// Whether the outermost planes part media of equal index with a smooth surface.
@@ -91,7 +107,7 @@ fn rung(memory: Memory) -> Rung {
     match memory {
         Memory::Homogeneous => Rung::Homogeneous,
         Memory::Markov => Rung::Markov,
-        Memory::None => Rung::Forgetful,
+        Memory::None | Memory::Last(_) | Memory::Full => Rung::Forgetful,
     }
 }
 
@@ -102,6 +118,7 @@ fn rate_of(sheet: &StatisticalSheet, layer: &Layer, scene: &model::Scene) -> Rat
     let opaque = |c: &model::Component| scene.surfaces[usize::from(c.surface.0)].opaque;
     match sheet.rate {
         Some(rate) => rate,
+        None if sheet.overlap == Overlap::Forbid => Rate::Matched,
         None if sheet.memory != Memory::None || layer.components.iter().any(opaque) => Rate::Boolean,
         None => Rate::Matched,
     }
@@ -123,7 +140,7 @@ fn populate(
     let rate = rate_of(sheet, layer, scene);
     let targets: Vec<Target> =
         layer.components.iter().map(|c| target(c.amount, c.density, layer.thickness)).collect();
-    let overlapping = if sheet.overlap == Overlap::Union { Rule::Union } else { Rule::Priority };
+    let overlapping = if sheet.overlap == Overlap::Priority { Rule::Priority } else { Rule::Union };
     let rule = if rate == Rate::Matched { Rule::Apart } else { overlapping };
     let density = if layer.grace.is_some() {
         vec![0.0; kinds.len()]
@@ -184,15 +201,24 @@ fn matched_parts(layer: &Layer, shares: &[(f64, f64)], scene: &model::Scene) -> 
 
 fn kind(c: &model::Component, index: usize, media: &mut Media) -> Kind {
     let sizes = match &c.shape {
-        Shape::Fibre { width, flatness, wall, .. } => {
-            Sizes::Fibre { width: width.clone(), flatness: flatness.clone(), wall: wall.clone(), length: None }
+        Shape::Fibre { width, flatness, wall, length, finite } => Sizes::Fibre {
+            width: width.clone(),
+            flatness: flatness.clone(),
+            wall: wall.clone(),
+            length: finite.then(|| length.clone()),
+        },
+        Shape::Disc { diameter, thickness } => {
+            Sizes::Disc { diameter: diameter.clone(), thickness: thickness.clone() }
         }
         Shape::Ellipsoid { axes } => Sizes::Ellipsoid(axes.clone()),
         Shape::Sphere { diameter } => Sizes::Sphere(diameter.clone()),
     };
-    let tilt = if c.isotropic { Tilt::Isotropic } else { Tilt::InPlane };
     let solid = media.component(&c.name, usize::from(c.material.0));
-    Kind::new(sizes, c.azimuth, tilt, c.roll, solid, c.lumen, c.surface, BodyId(index as u32 + 1))
+    let mut kind =
+        Kind::new(sizes, c.azimuth, c.tilt, c.roll, solid, c.lumen, c.surface, BodyId(index as u32 + 1));
+    kind.profile = c.profile.as_deref().and_then(Profile::new);
+    kind.bonded = c.bonded;
+    kind
 }
 
 /// Amount as a share or a density; grammage G in g/m², density in kg/m³: share = G/(ρ H).

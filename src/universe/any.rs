@@ -1,6 +1,7 @@
 //! The one place where a run asks which universe it is in.
 
 use super::statistical::StatisticalUniverse;
+use super::statistical::lazy::LazyUniverse;
 use super::synthetic::SyntheticUniverse;
 
 /// Any universe; matched once per run, never per event.
@@ -8,6 +9,8 @@ use super::synthetic::SyntheticUniverse;
 pub enum AnyUniverse {
     /// Known by statistics.
     Statistical(StatisticalUniverse),
+    /// Known by statistics, with a memory of the bodies met.
+    Lazy(LazyUniverse),
     /// Explicit bodies.
     Synthetic(SyntheticUniverse),
 }

@@ -52,8 +52,7 @@ fn half_space(row: &Row, shift: f64) -> Check {
     }
     let depth = 1e4;
     let slab = Slab { top: depth, bottom: 0.0, pore: MediumId(1), surface: SurfaceId::SMOOTH };
-    let layer =
-        Population::plain(slab);
+    let layer = Population::plain(slab);
     let rules = Rules {
         rung: Rung::Homogeneous,
         outside: MediumId(0),

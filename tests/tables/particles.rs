@@ -475,7 +475,12 @@ mod statistical {
         };
         let fibres = |wall| Sheet::fibres(1.0, wall, Target::Body(0.3), 10.0);
         let elliptic = |wall, roll| Sheet {
-            sizes: Sizes::Fibre { width: SizeLaw::Constant(2.0), flatness: SizeLaw::Constant(0.35), wall, length: None },
+            sizes: Sizes::Fibre {
+                width: SizeLaw::Constant(2.0),
+                flatness: SizeLaw::Constant(0.35),
+                wall,
+                length: None,
+            },
             roll,
             ..fibres(None)
         };

@@ -2,7 +2,7 @@
 //! where it holds.
 
 use super::{Node, Reading};
-use crate::law::SizeLaw;
+use crate::law::{SizeLaw, Tilt};
 use crate::math::PI;
 use crate::scene::adapters;
 use crate::scene::diagnostic::{Diagnostic, Place};
@@ -59,14 +59,16 @@ impl Reading<'_> {
         if self.out.error_count() > 0 {
             return;
         }
+        self.check_memory(universe, sheet, layers, materials, surfaces);
         let with_bodies: Vec<&(Node<'_>, Layer)> =
             layers.iter().filter(|l| !l.1.components.is_empty()).collect();
-        if let (Edges::Cut, [_, second, ..]) = (sheet.edges, with_bodies.as_slice()) {
+        let remembers = matches!(sheet.memory, Memory::Last(_) | Memory::Full);
+        if let (Edges::Cut, false, [_, second, ..]) = (sheet.edges, remembers, with_bodies.as_slice()) {
             self.out.push(
                 Diagnostic::error(second.0.own.place, "a second layer of bodies under edges=\"cut\"")
                     .label("bodies would be cut between two layers")
                     .other(universe.place("edges"), "asked for here")
-                    .help("use edges=\"contained\", or put all bodies into one layer"),
+                    .help("use edges=\"contained\" or memory=\"full\", or put all bodies into one layer"),
             );
         }
         for (node, layer) in layers {
@@ -80,6 +82,72 @@ impl Reading<'_> {
                     self.check_size(e.own.place, &c.name, d, (c.material, layer.pore), materials);
                 }
             }
+        }
+    }
+
+    /// What a rung cannot do with a layer.
+    fn check_memory(
+        &mut self,
+        universe: Node<'_>,
+        sheet: &StatisticalSheet,
+        layers: &[(Node<'_>, Layer)],
+        materials: &[Material],
+        surfaces: &[Surface],
+    ) {
+        let remembers = matches!(sheet.memory, Memory::Last(_) | Memory::Full);
+        let bodies = layers.iter().flat_map(|(node, layer)| {
+            let nodes = node.all_children().filter(|c| matches!(c.own.name.as_str(), "fibres" | "particles"));
+            nodes.zip(&layer.components)
+        });
+        for (e, c) in bodies {
+            let opaque = surfaces.get(usize::from(c.surface.0)).is_some_and(|s| s.opaque);
+            let scatters = materials.get(usize::from(c.material.0)).is_some_and(|m| !m.scattering.is_empty());
+            let tilted = c.tilt != Tilt::InPlane && matches!(c.shape, Shape::Fibre { finite: false, .. });
+            let (place, problem, help) = if matches!(sheet.memory, Memory::Last(_)) && scatters && !opaque {
+                (
+                    universe.place("memory"),
+                    format!("a finite memory is wrong for `{}`, whose material scatters inside", c.name),
+                    "memory=\"full\", or memory=\"none\"",
+                )
+            } else if c.bonded > 0.0 && sheet.memory != Memory::None {
+                (
+                    e.place("bonded"),
+                    format!("`bonded` of `{}` belongs to memory=\"none\"", c.name),
+                    "where bodies overlap they are in contact by chance already: leave it out",
+                )
+            } else if c.profile.is_some() && !matches!(sheet.memory, Memory::None) && !remembers {
+                (
+                    e.own.place,
+                    format!("this memory knows no <profile>, and `{}` has one", c.name),
+                    "memory=\"full\" or memory=\"none\"",
+                )
+            } else if tilted && c.profile.is_some() {
+                (
+                    e.own.place,
+                    format!(
+                        "the unbounded tilted fibres `{}` have no depth that a <profile> could ask for",
+                        c.name
+                    ),
+                    "ends=\"flat\" gives them an end, and so a centre",
+                )
+            } else if tilted && sheet.edges == Edges::Contained && layers.iter().all(|l| l.1.grace.is_none())
+            {
+                (
+                    e.own.place,
+                    format!("the unbounded tilted fibres `{}` cannot lie wholly in the sheet", c.name),
+                    "ends=\"flat\", or edges=\"cut\"",
+                )
+            } else {
+                continue;
+            };
+            self.out.push(Diagnostic::error(place, problem).help(help));
+        }
+        if let (true, Some((node, _))) = (remembers, layers.iter().find(|l| l.1.grace.is_some())) {
+            self.out.push(
+                Diagnostic::error(node.own.place, "a layer with <free-path> has no bodies to remember")
+                    .other(universe.place("memory"), "asked for here")
+                    .help("memory=\"none\""),
+            );
         }
     }
 
@@ -199,6 +267,7 @@ fn smallest_size(shape: &Shape) -> Option<f64> {
     match shape {
         Shape::Fibre { .. } => None,
         Shape::Sphere { diameter } => Some(mean_of([diameter], |[d]| d)),
+        Shape::Disc { diameter, thickness } => Some(mean_of([diameter, thickness], |[d, t]| d.min(t))),
         Shape::Ellipsoid { axes: [a, b, c] } => Some(mean_of([a, b, c], |[a, b, c]| a.min(b).min(c))),
     }
 }

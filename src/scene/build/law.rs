@@ -1,7 +1,7 @@
 //! Size laws and orientation laws.
 
 use super::{Node, Reading};
-use crate::law::{Azimuth, Roll, SizeLaw, Weighting};
+use crate::law::{Azimuth, Roll, SizeLaw, Tilt, Weighting};
 use crate::scene::adapters;
 use crate::scene::diagnostic::Diagnostic;
 
@@ -163,8 +163,8 @@ impl Reading<'_> {
         None
     }
 
-    /// Azimuth of the axis, and whether it is isotropic in space.
-    pub fn orientation(&mut self, e: Node<'_>) -> (Azimuth, bool) {
+    /// Azimuth and tilt of the axis.
+    pub fn orientation(&mut self, e: Node<'_>) -> (Azimuth, Tilt) {
         let mean = |e: Node<'_>| e.number("mean-direction").unwrap_or(0.0);
         let azimuth = match e.text("orientation") {
             Some("von-mises") => {
@@ -175,10 +175,20 @@ impl Reading<'_> {
                 let rho = e.needed(self, "rho", "orientation `wrapped-cauchy`").unwrap_or(0.0);
                 adapters::wrapped_cauchy(mean(e), rho)
             }
-            Some("isotropic") => return (Azimuth::Uniform, true),
-            _ => return (Azimuth::Uniform, false),
+            Some("isotropic") => {
+                if e.number("tilt").is_some_and(|t| t > 0.0) {
+                    self.error(e.place("tilt"), "an isotropic axis has no law of tilt of its own");
+                }
+                return (Azimuth::Uniform, Tilt::Isotropic);
+            }
+            _ => Ok(Azimuth::Uniform),
         };
-        (self.made(azimuth, e).unwrap_or(Azimuth::Uniform), false)
+        let tilt = match e.number("tilt") {
+            Some(sd) if sd > 0.0 => adapters::tilt_normal(sd),
+            _ => Ok(Tilt::InPlane),
+        };
+        let tilt = self.made(tilt, e).unwrap_or(Tilt::InPlane);
+        (self.made(azimuth, e).unwrap_or(Azimuth::Uniform), tilt)
     }
 
     pub fn roll(&mut self, e: Node<'_>) -> Roll {

@@ -62,7 +62,9 @@ impl Reading<'_> {
         let memory = match e.text("memory") {
             Some("homogeneous") => Memory::Homogeneous,
             Some("markov") => Memory::Markov,
-            _ => Memory::None,
+            Some("full") => Memory::Full,
+            Some("none") => Memory::None,
+            _ => e.number("memory").map_or(Memory::None, |k| Memory::Last(k as u32)),
         };
         let rate = if memory == Memory::None {
             e.text("rate").map(|r| if r == "boolean" { Rate::Boolean } else { Rate::Matched })
@@ -78,7 +80,11 @@ impl Reading<'_> {
         let built = StatisticalSheet {
             memory,
             rate,
-            overlap: if e.text("overlap") == Some("priority") { Overlap::Priority } else { Overlap::Union },
+            overlap: match e.text("overlap") {
+                Some("priority") => Overlap::Priority,
+                Some("forbid") => Overlap::Forbid,
+                _ => Overlap::Union,
+            },
             edges,
             start,
             outside: self.outside(e),
@@ -195,11 +201,13 @@ impl Reading<'_> {
             flatness: flatness.unwrap_or(SizeLaw::Constant(1.0)),
             wall,
             length: length.unwrap_or(SizeLaw::Constant(1000.0)),
+            finite: e.text("ends") == Some("flat"),
         };
         let lumen = self.material(e, "lumen").unwrap_or(pore);
         let amounts = ["grammage", "length-density", "number-density", "volume-fraction"];
         let built = self.component(e, shape, lumen, &amounts);
-        Component { coarseness: e.number("coarseness"), ..built }
+        let bonded = e.number("bonded").unwrap_or(0.0);
+        Component { coarseness: e.number("coarseness"), bonded, ..built }
     }
 
     fn particles(&mut self, own: Node<'_>, pore: MediumId) -> Component {
@@ -209,6 +217,10 @@ impl Reading<'_> {
             Some("ellipsoid") => {
                 Shape::Ellipsoid { axes: ["a", "b", "c"].map(|axis| self.needed_size(e, axis, 1.0, 0.0)) }
             }
+            Some("disc") => Shape::Disc {
+                diameter: self.needed_size(e, "diameter", 2.0, 1.0),
+                thickness: self.needed_size(e, "thickness", 1.0, 0.0),
+            },
             _ => Shape::Sphere { diameter: self.needed_size(e, "diameter", 3.0, 1.0) },
         };
         self.component(e, shape, pore, &["grammage", "number-density", "volume-fraction"])
@@ -223,7 +235,7 @@ impl Reading<'_> {
     ) -> Component {
         let _ = e.required(self, "material");
         let material = self.material(e, "material").unwrap_or(MediumId(0));
-        let (azimuth, isotropic) = self.orientation(e);
+        let (azimuth, tilt) = self.orientation(e);
         let file = |a: &str| std::path::Path::new(a).file_stem().map(|s| s.to_string_lossy().into_owned());
         let name = e.text("name").map(str::to_string).or_else(|| file(e.text("from")?));
         let amount = e.one_of(self, amounts, Some("an amount"));
@@ -235,7 +247,7 @@ impl Reading<'_> {
             lumen,
             surface: self.surface_id(e, "surface"),
             azimuth,
-            isotropic,
+            tilt,
             roll: self.roll(e),
             amount: match amount {
                 Some("length-density") => Amount::LengthDensity(x),
@@ -245,6 +257,8 @@ impl Reading<'_> {
             },
             density: e.number("density").unwrap_or(1500.0),
             coarseness: None,
+            profile: self.profile(e),
+            bonded: 0.0,
         }
     }
 
@@ -276,6 +290,24 @@ impl Reading<'_> {
         };
         let types = self.types(layer.child("types"), components);
         Some(Grace { free_path, types, contact: e.number("contact").unwrap_or(1.0) })
+    }
+
+    /// Rows of `<profile>`.
+    fn profile(&mut self, e: Node<'_>) -> Option<Vec<(f64, f64)>> {
+        let profile = e.child("profile")?;
+        let mut rows: Vec<(f64, f64)> = Vec::new();
+        for row in profile.children("at") {
+            let (Some(depth), Some(density)) = (row.number("depth"), row.number("density")) else { continue };
+            if rows.last().is_some_and(|r| r.0 >= depth) {
+                self.error(row.place("depth"), "depths must ascend");
+            }
+            rows.push((depth, density));
+        }
+        if rows.iter().all(|r| r.1 == 0.0) {
+            self.error(profile.own.place, "a profile needs a density above 0 somewhere");
+            return None;
+        }
+        Some(rows)
     }
 
     /// Rows of `<types>`; without them every component is equally likely.

@@ -153,7 +153,8 @@ fn covered(kind: &Kind, body: &Body, h_layer: f64, depth: f64, contained: bool) 
                     if contained && !(low..=high).contains(&centre) {
                         return 0.0;
                     }
-                    profile.at(centre / h_layer) * (below(edge(i + 1), body, axes) - below(edge(i), body, axes))
+                    profile.at(centre / h_layer)
+                        * (below(edge(i + 1), body, axes) - below(edge(i), body, axes))
                 })
                 .sum()
         }

@@ -50,6 +50,9 @@ pub struct Kind {
     pub majorant: f64,
     /// Relative density over depth, judged at the body's centroid; `None`: uniform.
     pub profile: Option<Profile>,
+    /// Relative bonded area: share of the outer surface in optical contact with another body (rung
+    /// `none`; where bodies overlap by chance the other rungs find their contacts themselves).
+    pub bonded: f64,
     /// In-plane azimuth of the axis.
     pub azimuth: Azimuth,
     /// Tilt of the axis out of the plane.
@@ -69,10 +72,23 @@ pub struct Kind {
 #[derive(Clone, Debug)]
 enum Met {
     /// `ends`: share of the majorant that belongs to the flat ends, with the law of the width there.
-    Fibre { width: SizeLaw, ends: Option<Ends> },
-    Disc { diameter: SizeLaw, thickness: SizeLaw, broad: SizeLaw, side: f64 },
-    Ellipsoid { share: [f64; 3], tilted: [SizeLaw; 3] },
-    Sphere { diameter: SizeLaw },
+    Fibre {
+        width: SizeLaw,
+        ends: Option<Ends>,
+    },
+    Disc {
+        diameter: SizeLaw,
+        thickness: SizeLaw,
+        broad: SizeLaw,
+        side: f64,
+    },
+    Ellipsoid {
+        share: [f64; 3],
+        tilted: [SizeLaw; 3],
+    },
+    Sphere {
+        diameter: SizeLaw,
+    },
 }
 
 /// How the flat ends of finite fibres are met.
@@ -149,7 +165,20 @@ impl Kind {
                 )
             }
         };
-        Kind { sizes, met, majorant, profile: None, azimuth, tilt, roll, wall, lumen, surface, body }
+        Kind {
+            sizes,
+            met,
+            majorant,
+            profile: None,
+            bonded: 0.0,
+            azimuth,
+            tilt,
+            roll,
+            wall,
+            lumen,
+            surface,
+            body,
+        }
     }
 
     /// The laws of size.

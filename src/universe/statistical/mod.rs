@@ -69,14 +69,16 @@ impl Population {
         }
     }
 
-    /// Majorant rates of the kinds, 1/µm, summed up.
+    /// Majorant rates of the kinds, 1/µm, summed up. Surface in contact with another body is not met
+    /// from the pores.
     fn rates(&self) -> Vec<f64> {
         let mut sum = 0.0;
         self.kinds
             .iter()
             .zip(&self.density)
             .map(|(k, nu)| {
-                sum += k.majorant * k.profile.as_ref().map_or(1.0, |p| p.most()) * nu;
+                let most = k.profile.as_ref().map_or(1.0, |p| p.most());
+                sum += k.majorant * most * (1.0 - k.bonded) * nu;
                 sum
             })
             .collect()
@@ -267,7 +269,10 @@ impl StatisticalUniverse {
 
     /// Inside a body known by its shape.
     #[inline]
-    fn body_next(&self, layer: usize, ray: &Ray, place: &mut Place, limit: f64) -> Next {
+    fn body_next(&self, layer: usize, ray: &Ray, place: &mut Place, limit: f64, rng: &mut Stream) -> Next {
+        if let (Pending::Contact { distance, outward }, Some(body)) = (place.pending, &place.body) {
+            return self.contact(layer, body, distance, outward);
+        }
         let (State::Body { part, left }, Some(body)) = (place.state, &place.body) else { return Next::Lost };
         let population = &self.layers[layer];
         let kind = &population.kinds[usize::from(body.kind)];
@@ -290,6 +295,16 @@ impl StatisticalUniverse {
             _ => (population.slab.pore, -crossing.outward),
         };
         let axis = body.frame.z;
+        if kind.bonded > 0.0
+            && crossing.surface == Left::Outer
+            && !matches!(place.pending, Pending::Leave(_))
+            && rng.uniform() < kind.bonded
+            && let Some(met) = self.neighbour(layer, body.kind, ray, crossing.t, rng)
+        {
+            place.body = Some(met.body);
+            place.pending = Pending::Contact { distance: crossing.t, outward: met.outward };
+            return self.contact(layer, &met.body, crossing.t, met.outward);
+        }
         place.pending = Pending::Leave(crossing.surface);
         Next::Interface(Interface {
             distance: crossing.t,
@@ -298,6 +313,39 @@ impl StatisticalUniverse {
             axis,
             beyond,
             surface: kind.surface,
+            body: kind.body,
+        })
+    }
+
+    /// A body of the same kind in optical contact where the ray leaves its own; none where no room is
+    /// found for it (next to the faces of a `contained` sheet).
+    fn neighbour(
+        &self,
+        layer: usize,
+        kind: u16,
+        ray: &Ray,
+        distance: f64,
+        rng: &mut Stream,
+    ) -> Option<kind::Encounter> {
+        const TRIES: u32 = 64;
+        let population = &self.layers[layer];
+        let of = &population.kinds[usize::from(kind)];
+        (0..TRIES).find_map(|_| {
+            of.candidate(ray.dir, ray.at(distance), kind, rng)
+                .filter(|met| population.stands(self.contained, of, &met.body, rng))
+        })
+    }
+
+    /// From wall to wall: no medium changes, and the surface is none.
+    fn contact(&self, layer: usize, body: &Body, distance: f64, outward: DVec3) -> Next {
+        let kind = &self.layers[layer].kinds[usize::from(body.kind)];
+        Next::Interface(Interface {
+            distance,
+            normal: outward,
+            facet: outward,
+            axis: body.frame.z,
+            beyond: kind.wall,
+            surface: SurfaceId::SMOOTH,
             body: kind.body,
         })
     }
@@ -448,6 +496,13 @@ pub enum Pending {
     },
     /// A surface of the body that the ray is in.
     Leave(Left),
+    /// The body of the place, in optical contact with the one that the ray is in.
+    Contact {
+        /// How far.
+        distance: f64,
+        /// Its outward normal there.
+        outward: DVec3,
+    },
     /// A plane of the layer.
     Plane(Face),
     /// The end of a chord (rung `markov`).
@@ -512,7 +567,7 @@ impl Universe for StatisticalUniverse {
         let layer = usize::from(place.layer);
         match place.state {
             State::Pore { .. } => self.pore_next(layer, ray, place, limit, rng),
-            State::Body { .. } => self.body_next(layer, ray, place, limit),
+            State::Body { .. } => self.body_next(layer, ray, place, limit, rng),
             State::Markov { .. } => self.markov_next(layer, ray, place, limit, rng),
             State::Outside(face) => self.outside_next(face, ray, place),
         }
@@ -557,6 +612,9 @@ impl Universe for StatisticalUniverse {
             (State::Body { part, .. }, Pending::Leave(Left::Lumen)) => {
                 let part = if part == Part::Wall { Part::Lumen } else { Part::Wall };
                 State::Body { part, left: Left::Lumen }
+            }
+            (State::Body { .. }, Pending::Contact { .. }) => {
+                State::Body { part: Part::Wall, left: Left::Outer }
             }
             (State::Body { .. }, Pending::Leave(_)) => {
                 if self.rung == Rung::Homogeneous {

@@ -135,7 +135,8 @@ impl<E: Exactness> LazyUniverse<E> {
     pub(super) fn touch(&self, ray: &Ray, place: &Place, stop: f64, m: &mut Memory) {
         m.touched.clear();
         let half = 0.5 * stop.max(0.0);
-        let (middle, half) = if half.is_finite() { (ray.at(half), half) } else { (ray.origin, f64::INFINITY) };
+        let (middle, half) =
+            if half.is_finite() { (ray.at(half), half) } else { (ray.origin, f64::INFINITY) };
         let oldest = (place.past.flights + 1).saturating_sub(self.last);
         let mut index = place.past.sighting;
         while index != NONE {

@@ -40,8 +40,11 @@ pub(super) struct Sighting {
 impl Sighting {
     pub fn of(body: &Body, index: u32, layer: u16, flight: u32) -> Self {
         let h = &body.outer;
-        let (axis, radius) =
-            if h.c.is_infinite() { (body.frame.z, h.a.max(h.b)) } else { (DVec3::ZERO, h.a.max(h.b).max(h.c)) };
+        let (axis, radius) = if h.c.is_infinite() {
+            (body.frame.z, h.a.max(h.b))
+        } else {
+            (DVec3::ZERO, h.a.max(h.b).max(h.c))
+        };
         Sighting {
             centre: body.centre,
             axis,
@@ -209,7 +212,8 @@ impl Memory {
     /// Everything known so far is known to the rays that start from now on.
     pub(super) fn share(&mut self, flights: u32) {
         let last = |n: usize| if n == 0 { NONE } else { n as u32 - 1 };
-        self.common = Past { sighting: last(self.sightings.len()), segment: last(self.segments.len()), flights };
+        self.common =
+            Past { sighting: last(self.sightings.len()), segment: last(self.segments.len()), flights };
     }
 
     /// A new body, known to `past` from now on, met on flight `flight`.
@@ -235,13 +239,7 @@ impl Memory {
         } else if past.segment as usize + 1 != index {
             self.straight = false;
         }
-        self.segments.push(Segment {
-            from: ray.origin,
-            dir: ray.dir,
-            length,
-            layer,
-            before: past.segment,
-        });
+        self.segments.push(Segment { from: ray.origin, dir: ray.dir, length, layer, before: past.segment });
         past.segment = index as u32;
         past.flights += 1;
         self.enclose();
@@ -265,7 +263,14 @@ impl Memory {
 
     /// Whether a body of `layer` would have been met by an earlier segment of `past`, of the last `most`
     /// ones. `whole`: the body as a whole counts, not its wall only.
-    pub(super) fn would_have_seen(&self, past: &Past, body: &Body, layer: u16, most: u32, whole: bool) -> bool {
+    pub(super) fn would_have_seen(
+        &self,
+        past: &Past,
+        body: &Body,
+        layer: u16,
+        most: u32,
+        whole: bool,
+    ) -> bool {
         let quick = Sighting::of(body, 0, layer, 0);
         if most == u32::MAX && self.straight && past.segment as usize + 1 == self.segments.len() {
             return self.any_segment(&quick, body, whole);

@@ -205,12 +205,15 @@ impl<E: Exactness> LazyUniverse<E> {
             (Face::Bottom, true) => (self.sheet.outside, self.sheet.bottom_surface),
             (Face::Top, false) => {
                 let next = place.layer - 1;
-                (self.start(next, ray.at(distance), ray.dir, place, m, rng), self.sheet.layers[layer].slab.surface)
+                (
+                    self.start(next, ray.at(distance), ray.dir, place, m, rng, !self.sheet.contained),
+                    self.sheet.layers[layer].slab.surface,
+                )
             }
             (Face::Bottom, false) => {
                 let next = place.layer + 1;
                 let surface = self.sheet.layers[layer + 1].slab.surface;
-                (self.start(next, ray.at(distance), ray.dir, place, m, rng), surface)
+                (self.start(next, ray.at(distance), ray.dir, place, m, rng, !self.sheet.contained), surface)
             }
         };
         let normal = if face == Face::Top { -DVec3::Z } else { DVec3::Z };
@@ -218,7 +221,14 @@ impl<E: Exactness> LazyUniverse<E> {
     }
 
     /// From outside, the sheet's face is met at once, or never.
-    fn from_outside(&self, face: Face, ray: &Ray, place: &mut Place, m: &mut Memory, rng: &mut Stream) -> Answer {
+    fn from_outside(
+        &self,
+        face: Face,
+        ray: &Ray,
+        place: &mut Place,
+        m: &mut Memory,
+        rng: &mut Stream,
+    ) -> Answer {
         let (inwards, layer, surface, normal) = match face {
             Face::Top => (ray.dir.z < 0.0, 0, self.sheet.layers[0].slab.surface, DVec3::Z),
             Face::Bottom => {
@@ -228,13 +238,15 @@ impl<E: Exactness> LazyUniverse<E> {
         if !inwards {
             return Answer { next: Next::Edge { face, distance: 0.0 }, met: Met::Nothing };
         }
-        let beyond = self.start(layer as u16, ray.origin, ray.dir, place, m, rng);
+        let covered = self.sheet.start_in_bodies;
+        let beyond = self.start(layer as u16, ray.origin, ray.dir, place, m, rng, covered);
         plane_answer(face, 0.0, normal, beyond, surface)
     }
 
-    /// Explores the point `at` of a plane of `layer`: the medium there. Bodies that cover it are Poisson
+    /// Explores the point `at` of a plane of `layer`: the medium there. Where bodies may cover it (`covered`) they are Poisson
     /// with mean ν V̄, drawn by volume, their orientation unweighted, unless an earlier segment would have
     /// met them.
+    #[allow(clippy::too_many_arguments)]
     fn start(
         &self,
         layer: u16,
@@ -243,9 +255,10 @@ impl<E: Exactness> LazyUniverse<E> {
         place: &mut Place,
         m: &mut Memory,
         rng: &mut Stream,
+        covered: bool,
     ) -> MediumId {
         let population = &self.sheet.layers[usize::from(layer)];
-        if self.sheet.start_in_bodies {
+        if covered {
             for (index, kind) in population.kinds.iter().enumerate() {
                 let most = kind.profile.as_ref().map_or(1.0, |p| p.most());
                 let mean = population.density[index] * population.content[index] * most;
@@ -295,7 +308,14 @@ impl<E: Exactness> LazyUniverse<E> {
 
     /// A body that a ray meets beyond distance `from`, as if nothing were known; `None` within `reach`.
     #[inline]
-    fn candidate(&self, layer: usize, ray: &Ray, from: f64, reach: f64, rng: &mut Stream) -> Option<(f64, Encounter)> {
+    fn candidate(
+        &self,
+        layer: usize,
+        ray: &Ray,
+        from: f64,
+        reach: f64,
+        rng: &mut Stream,
+    ) -> Option<(f64, Encounter)> {
         let rates = &self.sheet.rates[layer];
         let &total = rates.last()?;
         let population = &self.sheet.layers[layer];
@@ -362,7 +382,8 @@ impl<E: Exactness> Universe for LazyUniverse<E> {
             answer: None,
         };
         if open {
-            place.medium = self.start(layer as u16, ray.origin, ray.dir, &mut place, m, rng);
+            let covered = self.sheet.start_in_bodies;
+            place.medium = self.start(layer as u16, ray.origin, ray.dir, &mut place, m, rng, covered);
         }
         Start { place, medium: place.medium }
     }
@@ -413,7 +434,9 @@ impl<E: Exactness> LazyUniverse<E> {
         }
         match face {
             Face::Top if place.layer == 0 => place.outside = Some(face),
-            Face::Bottom if usize::from(place.layer) + 1 == self.sheet.layers.len() => place.outside = Some(face),
+            Face::Bottom if usize::from(place.layer) + 1 == self.sheet.layers.len() => {
+                place.outside = Some(face)
+            }
             Face::Top => place.layer -= 1,
             Face::Bottom => place.layer += 1,
         }
