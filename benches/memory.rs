@@ -177,7 +177,12 @@ fn time<U: Universe>(sheet: &Sheet, universe: &U, kept: impl Fn(&U::Memory) -> [
 fn main() {
     report(|| {
         let mut rows = Vec::new();
+        // Words after `--` pick sheets by name.
+        let wanted: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
         for sheet in sheets() {
+            if !wanted.iter().all(|w| sheet.name.contains(w.as_str())) {
+                continue;
+            }
             let (none, _) = time(&sheet, &sheet.universe, |_| [0.0; 3]);
             rows.push((format!("{}: none", sheet.name), none));
             let finite = [Some(1), Some(2), Some(4), Some(8)];

@@ -228,8 +228,7 @@ impl Body {
             Some(_) => true,
             None => false,
         };
-        let o = self.frame.to_local(origin - self.centre);
-        let d = self.frame.to_local(dir);
+        let (o, d) = self.local(origin, dir);
         let mut outer = match self.outer.stretch(o, d) {
             Some((from, to)) => Span { from, to, first: Left::Outer, last: Left::Outer },
             // A grazing ray that rounding puts outside leaves where it stands.
@@ -268,6 +267,18 @@ impl Body {
             }
         };
         (outer.to > outer.from).then_some(Spans { outer, lumen: lumen.filter(|l| l.to > l.from) })
+    }
+
+    /// A ray in the body's frame; without ends nothing asks for the axial part.
+    #[inline]
+    fn local(&self, origin: DVec3, dir: DVec3) -> (DVec3, DVec3) {
+        let w = origin - self.centre;
+        let f = &self.frame;
+        if self.ends.is_infinite() && self.outer.c.is_infinite() {
+            let flat = |v: DVec3| DVec3::new(f.x.dot(v), f.y.dot(v), 0.0);
+            return (flat(w), flat(dir));
+        }
+        (f.to_local(w), f.to_local(dir))
     }
 
     /// Distances between which the line is between the flat ends.

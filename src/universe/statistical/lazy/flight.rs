@@ -5,6 +5,7 @@ use super::memory::{Known, Memory, NONE, Sighting, Touched};
 use super::{Exactness, LazyUniverse, Overlap, Place, Stands};
 use crate::math::DVec3;
 use crate::rng::Stream;
+use crate::universe::statistical::pick;
 use crate::universe::statistical::section::{Left, Span};
 use crate::universe::{MediumId, Ray};
 
@@ -68,6 +69,28 @@ fn boundaries(b: &Touched) -> impl Iterator<Item = Boundary> {
     ends(b.spans.outer).into_iter().chain(b.spans.lumen.into_iter().flat_map(ends))
 }
 
+/// The nearest boundary found so far.
+struct Next {
+    distance: f64,
+    surface: Left,
+    enters: bool,
+    body: u32,
+}
+
+impl Next {
+    /// Takes the entry or exit of a stretch if it lies behind `from` and is nearer.
+    #[inline]
+    fn offer(&mut self, s: Span, body: u32, from: f64) {
+        let nearer =
+            |t: f64, held: &Self| t > from && (t < held.distance || t == held.distance && held.body == NONE);
+        if nearer(s.from, self) {
+            *self = Next { distance: s.from, surface: s.first, enters: true, body };
+        } else if nearer(s.to, self) {
+            *self = Next { distance: s.to, surface: s.last, enters: false, body };
+        }
+    }
+}
+
 impl<E: Exactness> LazyUniverse<E> {
     /// Follows the ray for `reach` at most; keeps the explored segment and the bodies met.
     pub(super) fn fly(
@@ -79,31 +102,28 @@ impl<E: Exactness> LazyUniverse<E> {
         rng: &mut Stream,
     ) -> Option<Change> {
         let layer = usize::from(place.layer);
+        let mean_free = self.sheet.rates[layer].last().map_or(f64::INFINITY, |rate| 1.0 / rate);
         let mut scanned = f64::NEG_INFINITY;
-        let mut candidate = self.candidate(layer, ray, 0.0, reach, rng);
+        // Where the next unknown body may be; it is drawn only if nothing known comes before.
+        let mut at = rng.exponential() * mean_free;
+        let mut horizon = f64::NEG_INFINITY;
         let (found, end) = loop {
-            let stop = candidate.as_ref().map_or(reach, |c| c.0);
-            self.touch(ray, place, stop, m);
+            let stop = at.min(reach);
+            if stop > horizon {
+                horizon = reach.min(at + mean_free);
+                self.touch(ray, place, horizon, m);
+            }
             if let Some(change) = self.first_change(ray, place, m, scanned, stop) {
                 break (Some(change), change.distance);
             }
-            let Some((at, met)) = candidate else { break (None, reach) };
-            let known = Known { body: met.body, mark: self.mark(rng) };
-            if self.is_new(ray, place, m, &known, at) {
-                let flight = place.past.flights + 1;
-                let body = m.learn(&mut place.past, known, place.layer, flight);
-                place.stale = 0;
-                if let Some(beyond) = self.enters(ray, place, m, body, at) {
-                    let (surface, outward) = (met.surface, Some(met.outward));
-                    let layer = place.layer;
-                    break (
-                        Some(Change { distance: at, body, surface, enters: true, beyond, layer, outward }),
-                        at,
-                    );
-                }
+            if at >= reach {
+                break (None, reach);
+            }
+            if let Some(change) = self.discover(ray, place, m, at, rng) {
+                break (Some(change), at);
             }
             scanned = at;
-            candidate = self.candidate(layer, ray, at, reach, rng);
+            at += rng.exponential() * mean_free;
         };
         if end.is_finite() {
             if self.last != u32::MAX {
@@ -112,6 +132,45 @@ impl<E: Exactness> LazyUniverse<E> {
             m.keep(&mut place.past, ray, end, place.layer);
         }
         found
+    }
+
+    /// Asks for an unknown body whose surface the ray meets at distance `at`: it is known from now on. Its
+    /// surface, if the medium changes there.
+    #[inline]
+    fn discover(
+        &self,
+        ray: &Ray,
+        place: &mut Place,
+        m: &mut Memory,
+        at: f64,
+        rng: &mut Stream,
+    ) -> Option<Change> {
+        let layer = usize::from(place.layer);
+        let rates = &self.sheet.rates[layer];
+        let population = &self.sheet.layers[layer];
+        let index = pick(rates, *rates.last()?, rng);
+        let kind = &population.kinds[index];
+        let met = kind.candidate(ray.dir, ray.at(at), index as u16, rng)?;
+        if !population.stands(self.sheet.contained, kind, &met.body, rng) {
+            return None;
+        }
+        let known = Known { body: met.body, mark: self.mark(rng) };
+        if !self.is_new(ray, place, m, &known, at) {
+            return None;
+        }
+        let flight = place.past.flights + 1;
+        let body = m.learn(&mut place.past, known, place.layer, flight);
+        place.stale = 0;
+        let beyond = self.enters(ray, place, m, body, at)?;
+        Some(Change {
+            distance: at,
+            body,
+            surface: met.surface,
+            enters: true,
+            beyond,
+            layer: place.layer,
+            outward: Some(met.outward),
+        })
     }
 
     /// Whether a candidate at distance `at` is a body that could not be known yet.
@@ -183,17 +242,21 @@ impl<E: Exactness> LazyUniverse<E> {
             }
             from = 0.0;
         }
+        if m.touched.is_empty() {
+            return None;
+        }
         loop {
-            let mut first: Option<(Boundary, u32)> = None;
+            let mut next = Next { distance: stop, surface: Left::Nothing, enters: false, body: NONE };
             for b in &m.touched {
-                for boundary in boundaries(b) {
-                    let t = boundary.0;
-                    if t > from && t <= stop && first.is_none_or(|f| t < f.0.0) {
-                        first = Some((boundary, b.body));
-                    }
+                next.offer(b.spans.outer, b.body, from);
+                if let Some(lumen) = b.spans.lumen {
+                    next.offer(lumen, b.body, from);
                 }
             }
-            let ((distance, surface, enters), body) = first?;
+            if next.body == NONE {
+                return None;
+            }
+            let Next { distance, surface, enters, body } = next;
             let beyond = medium_behind(&m.touched, distance, self.overlap, pore);
             if beyond != place.medium {
                 let layer = place.layer;

@@ -22,9 +22,8 @@ pub mod overlap;
 
 pub use memory::{Kept, Memory};
 
-use super::kind::Encounter;
+use super::StatisticalUniverse;
 use super::section::Left;
-use super::{StatisticalUniverse, pick};
 use crate::math::DVec3;
 use crate::rng::Stream;
 use crate::universe::sheet::plane_ahead;
@@ -304,35 +303,6 @@ impl<E: Exactness> LazyUniverse<E> {
             index = s.before;
         }
         false
-    }
-
-    /// A body that a ray meets beyond distance `from`, as if nothing were known; `None` within `reach`.
-    #[inline]
-    fn candidate(
-        &self,
-        layer: usize,
-        ray: &Ray,
-        from: f64,
-        reach: f64,
-        rng: &mut Stream,
-    ) -> Option<(f64, Encounter)> {
-        let rates = &self.sheet.rates[layer];
-        let &total = rates.last()?;
-        let population = &self.sheet.layers[layer];
-        let mut distance = from;
-        loop {
-            distance += rng.exponential() / total;
-            if distance >= reach {
-                return None;
-            }
-            let index = pick(rates, total, rng);
-            let kind = &population.kinds[index];
-            if let Some(met) = kind.candidate(ray.dir, ray.at(distance), index as u16, rng)
-                && population.stands(self.sheet.contained, kind, &met.body, rng)
-            {
-                return Some((distance, met));
-            }
-        }
     }
 
     /// Forgets all but the bodies around the ray.
