@@ -101,6 +101,8 @@ pub fn simulate(
             (AnyUniverse::Statistical(u), _) => {
                 one::<_, LANES>(scene, plan, u, wavelengths, group, &mut tell)
             }
+            (AnyUniverse::Mixture(u), 1) => one::<_, 1>(scene, plan, u, wavelengths, group, &mut tell),
+            (AnyUniverse::Mixture(u), _) => one::<_, LANES>(scene, plan, u, wavelengths, group, &mut tell),
             (AnyUniverse::Synthetic(u), 1) => one::<_, 1>(scene, plan, u, wavelengths, group, &mut tell),
             (AnyUniverse::Synthetic(u), _) => one::<_, LANES>(scene, plan, u, wavelengths, group, &mut tell),
         }?;
@@ -148,6 +150,7 @@ fn one<U: Universe, const N: usize>(
 fn backing(scene: &Scene) -> Option<f64> {
     match &scene.universe {
         Where::Statistical(sheet) => sheet.backing,
+        Where::Mixture(mixture) => mixture.backing,
         Where::Synthetic(_) => None,
     }
 }

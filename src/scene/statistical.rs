@@ -68,7 +68,7 @@ pub fn build(
         top = bottom;
     }
     let rules = Rules {
-        rung: rung(sheet.memory),
+        rung: rung(sheet.memory)?,
         outside: sheet.outside,
         bottom_surface: SurfaceId::SMOOTH,
         contained: sheet.edges == Edges::Contained,
@@ -87,11 +87,12 @@ fn clear_faces(sheet: &StatisticalSheet, scene: &model::Scene) -> [bool; 2] {
     [smooth && same(sheet.layers.first()), same(sheet.layers.last())]
 }
 
-fn rung(memory: Memory) -> Rung {
+fn rung(memory: Memory) -> Result<Rung, String> {
     match memory {
-        Memory::Homogeneous => Rung::Homogeneous,
-        Memory::Markov => Rung::Markov,
-        Memory::None => Rung::Forgetful,
+        Memory::Homogeneous => Ok(Rung::Homogeneous),
+        Memory::Markov => Ok(Rung::Markov),
+        Memory::None => Ok(Rung::Forgetful),
+        Memory::Last(_) | Memory::Full => Err("this memory is for mixtures of layers only".to_owned()),
     }
 }
 

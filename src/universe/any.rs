@@ -1,5 +1,6 @@
 //! The one place where a run asks which universe it is in.
 
+use super::mixture::MixtureUniverse;
 use super::statistical::StatisticalUniverse;
 use super::synthetic::SyntheticUniverse;
 
@@ -8,6 +9,8 @@ use super::synthetic::SyntheticUniverse;
 pub enum AnyUniverse {
     /// Known by statistics.
     Statistical(StatisticalUniverse),
+    /// Layers of random thickness.
+    Mixture(MixtureUniverse),
     /// Explicit bodies.
     Synthetic(SyntheticUniverse),
 }
