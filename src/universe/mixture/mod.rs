@@ -104,6 +104,11 @@ impl MixtureUniverse {
         &self.chain
     }
 
+    /// How much is remembered.
+    pub fn rung(&self) -> Rung {
+        self.rules.rung
+    }
+
     fn clear(&self, face: Face) -> bool {
         self.rules.clear[usize::from(face == Face::Bottom)]
     }
