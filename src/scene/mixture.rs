@@ -76,8 +76,14 @@ fn remarks(mixture: &Mixture, scene: &model::Scene, chain: &Chain) -> Vec<String
         Memory::Markov | Memory::None => Some(
             "memory markov, none: exact for straight rays; light that turns meets other layers".to_owned(),
         ),
-        Memory::Last(k) => Some(format!("memory {k}: light that turns finds the last {k} layer(s) again")),
+        Memory::Last(1) => Some("memory 1: light that turns finds the layer again that it is in".to_owned()),
+        Memory::Last(k) => Some(format!("memory {k}: light that turns finds the last {k} layers again")),
         Memory::Full => None,
     });
+    let comes_back =
+        mixture.backing.is_some_and(|r| r > 0.0) || scene.optics.as_ref().is_some_and(|o| o.pile > 1);
+    if comes_back && matches!(mixture.memory, Memory::Last(_) | Memory::Full) {
+        out.push("light that comes back from a backing or another sheet meets other layers".to_owned());
+    }
     out
 }

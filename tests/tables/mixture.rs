@@ -73,7 +73,8 @@ pub fn check(row: &Row, stretch: f64, kept: &RefCell<HashMap<String, Totals>>) -
     let mut kept = kept.borrow_mut();
     let totals = kept.entry(format!("{p} {universe}")).or_insert_with(|| {
         let case = Case::of(p);
-        Case { chord: case.chord.map(|x| x * stretch), ..case }.run(rung(universe), HISTORIES)
+        let histories = if stretch == 1.0 { HISTORIES } else { HISTORIES / 4 };
+        Case { chord: case.chord.map(|x| x * stretch), ..case }.run(rung(universe), histories)
     });
     let (got, se) = match row.text("quantity") {
         "R" => totals.r(),

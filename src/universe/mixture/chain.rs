@@ -16,7 +16,7 @@
 //! with spacing Λ whose cells are coloured independently, P_ij = p_j/(1 − p_i).
 //!
 //! Source: Adams, Larsen & Pomraning 1989, J. Quant. Spectrosc. Radiat. Transfer 42, 253,
-//! doi:10.1016/0022-4073(89)90072-1 (two phases).
+//! doi:10.1016/0022-4073(89)90072-1 (two phases); Larmier et al. 2017, arXiv:1609.07948 (coloured tessellations).
 
 use super::super::MediumId;
 use crate::rng::Stream;

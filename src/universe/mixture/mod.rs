@@ -19,7 +19,8 @@
 //! side where the ray goes away from it, so the plane just left needs no care.
 //!
 //! Sources: Adams, Larsen & Pomraning 1989, doi:10.1016/0022-4073(89)90072-1; Zimmerman & Adams 1991,
-//! Trans. Am. Nucl. Soc. 63, 287 (algorithms A, B, C).
+//! Trans. Am. Nucl. Soc., "Algorithms for Monte Carlo particle transport in binary statistical mixtures"
+//! (A, B, C).
 
 pub mod chain;
 pub mod memory;
