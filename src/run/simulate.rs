@@ -103,6 +103,8 @@ pub fn simulate(
             }
             (AnyUniverse::Lazy(u), 1) => one::<_, 1>(scene, plan, u, wavelengths, group, &mut tell),
             (AnyUniverse::Lazy(u), _) => one::<_, LANES>(scene, plan, u, wavelengths, group, &mut tell),
+            (AnyUniverse::Mixture(u), 1) => one::<_, 1>(scene, plan, u, wavelengths, group, &mut tell),
+            (AnyUniverse::Mixture(u), _) => one::<_, LANES>(scene, plan, u, wavelengths, group, &mut tell),
             (AnyUniverse::Synthetic(u), 1) => one::<_, 1>(scene, plan, u, wavelengths, group, &mut tell),
             (AnyUniverse::Synthetic(u), _) => one::<_, LANES>(scene, plan, u, wavelengths, group, &mut tell),
         }?;
@@ -150,6 +152,7 @@ fn one<U: Universe, const N: usize>(
 fn backing(scene: &Scene) -> Option<f64> {
     match &scene.universe {
         Where::Statistical(sheet) => sheet.backing,
+        Where::Mixture(mixture) => mixture.backing,
         Where::Synthetic(_) => None,
     }
 }

@@ -5,6 +5,7 @@ mod build;
 pub mod diagnostic;
 pub mod document;
 pub mod media;
+pub mod mixture;
 pub mod model;
 pub mod optics;
 pub mod plan;

@@ -206,9 +206,9 @@ pub enum Memory {
     Markov,
     /// The body the ray is in.
     None,
-    /// The last k flights and the bodies met on them.
+    /// The last k flights and the bodies met on them; of a mixture the last k layers.
     Last(u32),
-    /// Everything.
+    /// Everything met.
     Full,
 }
 
@@ -255,6 +255,8 @@ pub enum StartIn {
 pub enum Universe {
     /// Known by statistics only.
     Statistical(StatisticalSheet),
+    /// Planar layers of random thickness.
+    Mixture(Mixture),
     /// Known explicitly.
     Synthetic(Synthetic),
 }
@@ -278,6 +280,34 @@ pub struct StatisticalSheet {
     pub layers: Vec<Layer>,
     /// Lambertian backing in optical contact below: reflectance.
     pub backing: Option<f64>,
+}
+
+/// A Markov mixture: planar layers of random thickness of two or more phases.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mixture {
+    /// Memory rung; `None` and `Markov` are one here.
+    pub memory: Memory,
+    /// µm.
+    pub thickness: f64,
+    /// Phases.
+    pub phases: Vec<MixturePhase>,
+    /// Law of the planes between phases.
+    pub surface: SurfaceId,
+    /// Medium outside.
+    pub outside: MediumId,
+    /// Lambertian backing in optical contact below: reflectance.
+    pub backing: Option<f64>,
+}
+
+/// A phase of a mixture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MixturePhase {
+    /// Medium.
+    pub material: MediumId,
+    /// Mean thickness of a layer, µm.
+    pub chord: f64,
+    /// Share among the phases that may follow another.
+    pub share: f64,
 }
 
 /// A layer of a sheet: a medium and the bodies in it.

@@ -3,7 +3,7 @@
 use super::media::Media;
 use super::model::{self, Branching, Memory, Ratio, Scatterer, Scene, SurfaceKind, Universe};
 use super::statistical::LayerReport;
-use super::{statistical, synthetic};
+use super::{mixture, statistical, synthetic};
 use crate::lpm::LANES;
 use crate::math::DVec3;
 use crate::source::Source;
@@ -53,10 +53,16 @@ impl Plan {
     /// A scene that cannot be made, with the reason.
     pub fn new(scene: &Scene) -> Result<Self, String> {
         let mut media = Media::of(scene.materials.iter().map(|m| m.id.clone()));
+        let mut notes = Vec::new();
         let (universe, layers, faces) = match &scene.universe {
             Universe::Statistical(sheet) => {
                 let (u, top, layers) = statistical::build(sheet, scene, &mut media)?;
                 (u, layers, Some((top, 0.0)))
+            }
+            Universe::Mixture(m) => {
+                let (universe, found) = mixture::build(m, scene, &mut media)?;
+                notes = found;
+                (universe, Vec::new(), Some((m.thickness, 0.0)))
             }
             Universe::Synthetic(s) => {
                 let u = synthetic::universe(s).map_err(|e| e.to_string())?;
@@ -68,6 +74,7 @@ impl Plan {
         let (groups, spectrum) = groups(scene);
         let effects = effects(scene, &groups);
         let mut remarks = remarks(scene, &layers);
+        remarks.extend(notes);
         remarks.extend(scene.warnings.iter().cloned());
         Ok(Plan { universe, media, source, top, bottom, layers, groups, spectrum, effects, remarks })
     }

@@ -1,5 +1,6 @@
 //! The one place where a run asks which universe it is in.
 
+use super::mixture::MixtureUniverse;
 use super::statistical::StatisticalUniverse;
 use super::statistical::lazy::LazyUniverse;
 use super::synthetic::SyntheticUniverse;
@@ -11,6 +12,8 @@ pub enum AnyUniverse {
     Statistical(StatisticalUniverse),
     /// Known by statistics, with a memory of the bodies met.
     Lazy(LazyUniverse),
+    /// Layers of random thickness.
+    Mixture(MixtureUniverse),
     /// Explicit bodies.
     Synthetic(SyntheticUniverse),
 }

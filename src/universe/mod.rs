@@ -9,6 +9,7 @@
 //! * a branch is a copy of the place and sees only its own past.
 
 pub mod any;
+pub mod mixture;
 pub mod shape;
 pub mod sheet;
 pub mod statistical;

@@ -15,6 +15,7 @@ mod colour;
 mod kubelka_munk;
 mod particles;
 mod statistical;
+mod mixture;
 mod transport;
 mod slab;
 mod healpix;

@@ -34,7 +34,6 @@ const AS_IS: Shift = Shift { radius: 1.0, share: 0.0, index: 0.0, haste: 1 };
 const HASTY: Shift = Shift { haste: 3, ..AS_IS };
 
 const NO_EXPLICIT: &str = "explicit realisations of an infinite sheet are not in this version";
-const NO_PLANES: &str = "ALP: planar layers of random thickness are no bodies of this universe";
 
 /// The number after `key` in a parameter text.
 fn number(text: &str, key: &str) -> f64 {
@@ -81,7 +80,6 @@ fn case(row: &Row, shift: Shift) -> Result<Case, &'static str> {
             let share = chord[1] / (chord[0] + chord[1]) + shift.share;
             Ok(homogeneous(averaged(share, sigma, c), number(p, " L=")))
         }
-        ("ALP", _) => Err(NO_PLANES),
         ("white_fibres", _) => {
             let (share, height) = (Target::Body(number(p, "phi=") + shift.share), number(p, "H/r="));
             let sheet = Sheet { surface: OWN, ..Sheet::fibres(shift.radius, None, share, height) };
@@ -127,6 +125,7 @@ fn check(row: &Row, shift: Shift, kept: &Kept) -> Check {
     match row.text("problem") {
         "fibre_geometry" => return geometry_row(row, shift, kept),
         "fibre_absorption" => return absorption(row, shift, kept),
+        "ALP" if universe != "AM" => return crate::mixture::check(row, 1.0, &kept.totals),
         _ => {}
     }
     let key = format!("{p} {universe}");

@@ -11,7 +11,10 @@ impl Reading<'_> {
         let ambient = self.outside(e);
         let mut bodies = Vec::new();
         for c in e.all_children() {
-            if c.own.name == "sheet" {
+            if c.own.name == "mixture" {
+                let d = Diagnostic::error(c.own.place, "a <mixture> is known by its statistics only");
+                self.out.push(d.help("use kind=\"statistical\""));
+            } else if c.own.name == "sheet" {
                 bodies.extend(self.slabs(e, c));
             } else if let Some(geometry) = self.geometry(c, ambient) {
                 let body = self.body(c, geometry, bodies.len());

@@ -6,6 +6,7 @@ mod files;
 mod law;
 mod light;
 mod materials;
+mod mixture;
 mod node;
 mod sheet;
 
@@ -132,7 +133,7 @@ impl<'o> Reading<'o> {
         let materials = self.materials(root.child("materials"));
         let surfaces = self.surfaces(root.child("surfaces"));
         let universe = self.universe(root.child("universe"), &materials, &surfaces);
-        let source = self.source(root.child("source"), matches!(universe, Universe::Statistical(_)));
+        let source = self.source(root.child("source"), !matches!(universe, Universe::Synthetic(_)));
         Scene {
             name: root.text("name").unwrap_or_default().to_string(),
             path: PathBuf::new(),

@@ -17,13 +17,17 @@ impl Reading<'_> {
         let Some(e) = e else { return nothing };
         match e.text("kind") {
             Some("synthetic") => self.synthetic(e, materials),
-            Some("statistical") => match e.child("sheet") {
-                Some(sheet) => Universe::Statistical(self.statistical(e, sheet, materials, surfaces)),
-                None if e.own.misspelt.get() => nothing,
-                None => {
+            Some("statistical") => match e.child("sheet").ok_or_else(|| e.child("mixture")) {
+                Err(Some(mixture)) => Universe::Mixture(self.markov_mixture(e, mixture, materials)),
+                Ok(sheet) => Universe::Statistical(self.statistical(e, sheet, materials, surfaces)),
+                Err(None) if e.own.misspelt.get() => nothing,
+                Err(None) => {
                     self.out.push(
-                        Diagnostic::error(e.own.place, "a statistical universe needs a <sheet>")
-                            .help("primitives belong to kind=\"synthetic\""),
+                        Diagnostic::error(
+                            e.own.place,
+                            "a statistical universe needs a <sheet>, or a <mixture>",
+                        )
+                        .help("primitives belong to kind=\"synthetic\""),
                     );
                     nothing
                 }
@@ -59,13 +63,7 @@ impl Reading<'_> {
         let _ = sheet.text("name");
         let layers: Vec<(Node<'_>, Layer)> = self.layers(sheet);
         let backing = self.backing(e, sheet);
-        let memory = match e.text("memory") {
-            Some("homogeneous") => Memory::Homogeneous,
-            Some("markov") => Memory::Markov,
-            Some("full") => Memory::Full,
-            Some("none") => Memory::None,
-            _ => e.number("memory").map_or(Memory::None, |k| Memory::Last(k as u32)),
-        };
+        let memory = memory(e);
         let rate = if memory == Memory::None {
             e.text("rate").map(|r| if r == "boolean" { Rate::Boolean } else { Rate::Matched })
         } else {
@@ -331,6 +329,17 @@ impl Reading<'_> {
             rows.push((depth, shares));
         }
         rows
+    }
+}
+
+/// The rung of the memory ladder.
+pub fn memory(e: Node<'_>) -> Memory {
+    match (e.text("memory"), e.count("memory")) {
+        (Some("homogeneous"), _) => Memory::Homogeneous,
+        (Some("markov"), _) => Memory::Markov,
+        (Some("full"), _) => Memory::Full,
+        (_, Some(k)) => Memory::Last(u32::try_from(k).unwrap_or(u32::MAX)),
+        _ => Memory::None,
     }
 }
 

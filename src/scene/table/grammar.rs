@@ -94,7 +94,7 @@ const SAP: &[A] = &[
 
 const UNIVERSE: &[A] = &[
     w("kind", Choice(&["statistical", "synthetic"]), Required, "Components known by statistics, or explicit."),
-    a("memory", NumberOr(Q::Count, &["homogeneous", "markov", "none", "full"]), Range::closed(1.0, 1e6), Default("none"), "Statistical: rung of the memory ladder, from nothing remembered to everything; a number: the last so many flights."),
+    a("memory", NumberOr(Q::Count, &["homogeneous", "markov", "none", "full"]), Range::closed(1.0, 1e9), Default("none"), "Statistical: rung of the memory ladder, from nothing remembered to everything; a number: the last so many flights and the bodies met on them (of a <mixture>: layers)."),
     w("rate", Choice(&["matched", "boolean"]), Optional, "Statistical, memory `none`: rate that keeps mass or surface; without it `matched` for bodies that light enters, `boolean` for opaque ones."),
     w("overlap", Choice(&["union", "priority", "forbid"]), Default("union"), "Statistical: where bodies overlap a point is solid if any wall covers it, or one body rules, or bodies do not overlap (an approximation of hard packing)."),
     w("edges", Choice(&["cut", "contained"]), Default("contained"), "Statistical: an unbounded medium cut by the faces, or bodies wholly between them."),
@@ -108,6 +108,18 @@ const SHEET: &[A] = &[
     w("pore", Reference("material"), Optional, "Medium between the bodies, for layers without their own."),
     a("backing", Number(Q::Fraction), SHARE, Optional, "Reflectance of a Lambertian backing in optical contact below."),
     w("name", Text, Optional, "Name, for messages."),
+];
+
+const MIXTURE: &[A] = &[
+    a("thickness", Number(Q::Length), POS, Required, "Thickness of the whole."),
+    w("surface", Reference("surface"), Default("smooth"), "Law of the planes between phases; the two faces are smooth."),
+    a("backing", Number(Q::Fraction), SHARE, Optional, "Reflectance of a Lambertian backing in optical contact below."),
+];
+
+const PHASE: &[A] = &[
+    w("material", Reference("material"), Required, "What the layers of this phase are made of."),
+    a("chord", Number(Q::Length), POS, Required, "Mean thickness of a layer of this phase (exponential law)."),
+    a("share", Number(Q::Number), POS, Default("1"), "More than two phases: share among the phases that may follow another, P_ij = share_j / sum over k ≠ i of share_k."),
 ];
 
 const LAYER: &[A] = &[
@@ -300,13 +312,20 @@ pub static RULES: &[Rule] = &[
     Rule { key: "sap", doc: "Sphere Area Partitioning of the surface's directions; without it the continuous law.", attributes: &[SAP], children: &[] },
     Rule {
         key: "universe",
-        doc: "Where components are. Statistical: one <sheet>. Synthetic: primitives, or a <sheet> of homogeneous layers.",
+        doc: "Where components are. Statistical: one <sheet> or one <mixture>. Synthetic: primitives, or a <sheet> of homogeneous layers.",
         attributes: &[UNIVERSE],
         children: &[
-            maybe("sheet"), many("sphere"), many("ellipsoid"), many("cylinder"), many("box"), many("plane"), many("slab"),
+            maybe("sheet"), maybe("mixture"), many("sphere"), many("ellipsoid"), many("cylinder"), many("box"), many("plane"), many("slab"),
         ],
     },
     Rule { key: "sheet", doc: "Layers from top (where light comes from) to bottom, from z = thickness down to z = 0.", attributes: &[SHEET], children: &[some("layer")] },
+    Rule {
+        key: "mixture",
+        doc: "A Markov mixture: horizontal layers of random thickness of two or more phases, from z = thickness down to z = 0.",
+        attributes: &[MIXTURE],
+        children: &[some("phase")],
+    },
+    Rule { key: "phase", doc: "A phase of a mixture.", attributes: &[PHASE], children: &[] },
     Rule {
         key: "layer",
         doc: "A layer: a medium and the bodies in it.",
