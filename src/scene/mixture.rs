@@ -49,8 +49,7 @@ fn average(mixture: &Mixture, chain: &Chain, clear: [bool; 2], media: &mut Media
         chain.phases().iter().zip(chain.volume()).map(|(p, v)| (usize::from(p.medium.0), *v)).collect();
     let pore = media.average("mixture", parts);
     let slab = Slab { top: mixture.thickness, bottom: 0.0, pore, surface: SurfaceId::SMOOTH };
-    let layer =
-        plain::Population { slab, kinds: vec![], density: vec![], share: vec![], solid: vec![], grace: None };
+    let layer = plain::Population::plain(slab);
     let rules = plain::Rules {
         rung: plain::Rung::Homogeneous,
         outside: mixture.outside,
