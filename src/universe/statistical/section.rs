@@ -119,51 +119,46 @@ pub struct Crossing {
     pub surface: Left,
 }
 
-/// Where a line is in a body: the whole body and its lumen, each from an entry to an exit.
+/// Where a line is in a body: from an entry to an exit, and the same of its lumen; −∞ where the ray is
+/// known to be inside already.
 #[derive(Clone, Copy, Debug)]
 pub struct Spans {
-    /// The whole body.
-    pub outer: Span,
-    /// The hollow.
-    pub lumen: Option<Span>,
-}
-
-/// A stretch of a line between two surfaces; −∞ where the ray is known to be inside already.
-#[derive(Clone, Copy, Debug)]
-pub struct Span {
-    /// Distance of the entry.
+    /// Distance of the entry into the body.
     pub from: f64,
     /// Distance of the exit.
     pub to: f64,
-    /// Surface of the entry.
-    pub first: Left,
-    /// Surface of the exit.
-    pub last: Left,
+    /// Distance of the entry into the lumen; ∞ if the line misses it.
+    pub lumen_from: f64,
+    /// Distance of the exit out of the lumen; ∞ if the line misses it.
+    pub lumen_to: f64,
+    /// Surfaces of these four.
+    pub surfaces: [Left; 4],
+}
+
+impl Spans {
+    /// Whether the body holds the point just behind distance `t`.
+    #[inline]
+    pub fn holds(&self, t: f64) -> bool {
+        self.from <= t && t < self.to
+    }
+
+    /// Whether its lumen does.
+    #[inline]
+    pub fn in_lumen(&self, t: f64) -> bool {
+        self.lumen_from <= t && t < self.lumen_to
+    }
+
+    /// Whether the line meets the lumen.
+    #[inline]
+    pub fn meets_lumen(&self) -> bool {
+        self.lumen_to < f64::INFINITY
+    }
 }
 
 /// Outward normal of the end on the side of `along`.
 #[inline]
 fn end_normal(axis: DVec3, along: f64) -> DVec3 {
     if along < 0.0 { -axis } else { axis }
-}
-
-/// Cuts a stretch at flat ends.
-#[inline]
-fn cut(s: &mut Span, from: f64, to: f64) {
-    if from > s.from {
-        (s.from, s.first) = (from, Left::Cap);
-    }
-    if to < s.to {
-        (s.to, s.last) = (to, Left::Cap);
-    }
-}
-
-impl Span {
-    /// Whether the stretch holds the point just behind distance `t`.
-    #[inline]
-    pub fn holds(&self, t: f64) -> bool {
-        self.from <= t && t < self.to
-    }
 }
 
 impl Body {
@@ -229,44 +224,54 @@ impl Body {
             None => false,
         };
         let (o, d) = self.local(origin, dir);
-        let mut outer = match self.outer.stretch(o, d) {
-            Some((from, to)) => Span { from, to, first: Left::Outer, last: Left::Outer },
-            // A grazing ray that rounding puts outside leaves where it stands.
-            None if inside => Span { from: 0.0, to: 0.0, first: Left::Outer, last: Left::Outer },
-            None => return None,
-        };
-        let ends = if self.ends.is_finite() {
-            let (from, to) = self.between_ends(o, d)?;
-            cut(&mut outer, from, to);
-            Some((from, to))
-        } else {
-            None
-        };
-        if inside {
-            outer.from = f64::NEG_INFINITY;
-            outer.to = outer.to.max(0.0);
+        // A grazing ray that rounding puts outside leaves where it stands.
+        let (from, to) = self.outer.stretch(o, d).or(inside.then_some((0.0, 0.0)))?;
+        let surfaces = [Left::Outer, Left::Outer, Left::Lumen, Left::Lumen];
+        let (none, no) = (f64::INFINITY, f64::NEG_INFINITY);
+        let mut s = Spans { from, to, lumen_from: none, lumen_to: none, surfaces };
+        let in_lumen = matches!(left, Some((Left::Lumen, true)));
+        if let Some(lumen) = &self.lumen
+            && !matches!(left, Some((Left::Lumen, false)))
+            && let Some((from, to)) = lumen.stretch(o, d).or(in_lumen.then_some((0.0, 0.0)))
+        {
+            (s.lumen_from, s.lumen_to) = (from, to);
         }
-        let lumen = match (&self.lumen, left) {
-            (None, _) | (_, Some((Left::Lumen, false))) => None,
-            (Some(l), _) => {
-                let within = matches!(left, Some((Left::Lumen, true)));
-                let found = l.stretch(o, d).or(within.then_some((0.0, 0.0)));
-                found.map(|(from, to)| {
-                    let mut s = Span { from, to, first: Left::Lumen, last: Left::Lumen };
-                    if let Some((from, to)) = ends {
-                        // Standing on an end: the opening begins here.
-                        let from = if inside { f64::NEG_INFINITY } else { from };
-                        cut(&mut s, from, to);
-                    }
-                    if within {
-                        s.from = f64::NEG_INFINITY;
-                        s.to = s.to.max(0.0);
-                    }
-                    s
-                })
+        if self.ends.is_finite() {
+            self.cut(&mut s, o, d, inside)?;
+        }
+        if inside {
+            (s.from, s.to) = (no, s.to.max(0.0));
+        }
+        if in_lumen {
+            (s.lumen_from, s.lumen_to) = (no, s.lumen_to.max(0.0));
+        }
+        (s.to > s.from).then_some(s)
+    }
+
+    /// Cuts the stretches at the flat ends; `None` if nothing is left.
+    fn cut(&self, s: &mut Spans, o: DVec3, d: DVec3, inside: bool) -> Option<()> {
+        let (mut first, last) = self.between_ends(o, d)?;
+        if inside {
+            // Standing on an end: body and opening begin here.
+            first = f64::NEG_INFINITY;
+        }
+        let cut = |from: &mut f64, to: &mut f64, surfaces: &mut [Left]| {
+            if first > *from {
+                (*from, surfaces[0]) = (first, Left::Cap);
+            }
+            if last < *to {
+                (*to, surfaces[1]) = (last, Left::Cap);
             }
         };
-        (outer.to > outer.from).then_some(Spans { outer, lumen: lumen.filter(|l| l.to > l.from) })
+        let (outer, lumen) = s.surfaces.split_at_mut(2);
+        cut(&mut s.from, &mut s.to, outer);
+        if s.lumen_to < f64::INFINITY {
+            cut(&mut s.lumen_from, &mut s.lumen_to, lumen);
+            if s.lumen_from >= s.lumen_to {
+                (s.lumen_from, s.lumen_to) = (f64::INFINITY, f64::INFINITY);
+            }
+        }
+        Some(())
     }
 
     /// A ray in the body's frame; without ends nothing asks for the axial part.

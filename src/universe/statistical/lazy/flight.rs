@@ -6,7 +6,7 @@ use super::{Exactness, LazyUniverse, Overlap, Place, Stands};
 use crate::math::DVec3;
 use crate::rng::Stream;
 use crate::universe::statistical::pick;
-use crate::universe::statistical::section::{Left, Span};
+use crate::universe::statistical::section::Left;
 use crate::universe::{MediumId, Ray};
 
 /// A surface where the medium changes.
@@ -30,13 +30,13 @@ pub(super) struct Change {
 #[inline]
 pub(super) fn medium_behind(touched: &[Touched], t: f64, overlap: Overlap, pore: MediumId) -> MediumId {
     let (mut wall, mut lumen) = ((-1.0, pore), (-1.0, pore));
-    for b in touched.iter().filter(|b| b.spans.outer.holds(t)) {
-        if b.spans.lumen.is_some_and(|l| l.holds(t)) {
-            if b.mark > lumen.0 {
-                lumen = (b.mark, b.lumen);
+    for b in touched.iter().filter(|b| b.spans.holds(t)) {
+        if b.spans.in_lumen(t) {
+            if b.solid.mark > lumen.0 {
+                lumen = (b.solid.mark, b.solid.lumen);
             }
-        } else if b.mark > wall.0 {
-            wall = (b.mark, b.wall);
+        } else if b.solid.mark > wall.0 {
+            wall = (b.solid.mark, b.solid.wall);
         }
     }
     match overlap {
@@ -48,7 +48,7 @@ pub(super) fn medium_behind(touched: &[Touched], t: f64, overlap: Overlap, pore:
 
 /// Whether a body holds the point at distance `t`.
 pub(super) fn covered(touched: &[Touched], t: f64) -> bool {
-    touched.iter().any(|b| b.spans.outer.holds(t))
+    touched.iter().any(|b| b.spans.holds(t))
 }
 
 /// The unit normal against the ray. Where rounding leaves that of a grazing hit on the wrong side, it is
@@ -59,34 +59,79 @@ pub(super) fn against(dir: DVec3, normal: DVec3) -> DVec3 {
     if cos >= 0.0 { (normal - dir * (cos + cos.max(4.0 * f64::EPSILON))).normalize() } else { normal }
 }
 
-/// A boundary of a touched body: distance, which surface, inwards.
-type Boundary = (f64, Left, bool);
-
-/// All boundaries of a touched body.
+/// All boundaries of a touched body: distance, which surface, inwards.
 #[inline]
-fn boundaries(b: &Touched) -> impl Iterator<Item = Boundary> {
-    let ends = |s: Span| [(s.from, s.first, true), (s.to, s.last, false)];
-    ends(b.spans.outer).into_iter().chain(b.spans.lumen.into_iter().flat_map(ends))
+fn boundaries(t: &Touched) -> [(f64, Left, bool); 4] {
+    let (s, [a, b, c, d]) = (&t.spans, t.spans.surfaces);
+    [(s.from, a, true), (s.to, b, false), (s.lumen_from, c, true), (s.lumen_to, d, false)]
 }
 
-/// The nearest boundary found so far.
-struct Next {
+/// A surface of a touched body on the way.
+#[derive(Clone, Copy)]
+struct Boundary {
     distance: f64,
     surface: Left,
+    /// Into the body, or its lumen.
     enters: bool,
     body: u32,
 }
 
-impl Next {
-    /// Takes the entry or exit of a stretch if it lies behind `from` and is nearer.
+const NOWHERE: Boundary =
+    Boundary { distance: f64::INFINITY, surface: Left::Nothing, enters: false, body: NONE };
+
+/// The ray is where no wall is said to be.
+struct Misplaced;
+
+/// In a sheet of one solid, from outside all walls: the first wall ahead.
+#[inline]
+fn way_in(touched: &[Touched]) -> Result<Boundary, Misplaced> {
+    let mut first = NOWHERE;
+    for t in touched {
+        let (s, body) = (&t.spans, t.body);
+        // The wall before the lumen, and the one behind it; walls of no width (an open end) are none.
+        let hollow = s.lumen_from.min(s.to);
+        if (s.from <= 0.0 && hollow > 0.0) || (s.lumen_to <= 0.0 && s.to > 0.0) {
+            return Err(Misplaced);
+        }
+        if s.from > 0.0 && s.from < first.distance && hollow > s.from {
+            first = Boundary { distance: s.from, surface: s.surfaces[0], enters: true, body };
+        } else if s.lumen_to > 0.0 && s.lumen_to < first.distance && s.to > s.lumen_to {
+            first = Boundary { distance: s.lumen_to, surface: s.surfaces[3], enters: false, body };
+        }
+    }
+    Ok(first)
+}
+
+/// In a sheet of one solid, from inside walls: the end of all walls that follow each other.
+#[inline]
+fn way_out(touched: &[Touched]) -> Result<Boundary, Misplaced> {
+    let mut last = Boundary { distance: 0.0, ..NOWHERE };
+    loop {
+        let before = last.distance;
+        for t in touched {
+            let (s, body) = (&t.spans, t.body);
+            let reaches = |from: f64, to: f64, last: &Boundary| from <= last.distance && to > last.distance;
+            if s.meets_lumen() && reaches(s.from, s.lumen_from, &last) {
+                last = Boundary { distance: s.lumen_from, surface: s.surfaces[2], enters: true, body };
+            }
+            let behind = if s.meets_lumen() { s.lumen_to } else { s.from };
+            if reaches(behind, s.to, &last) {
+                last = Boundary { distance: s.to, surface: s.surfaces[1], enters: false, body };
+            }
+        }
+        if last.distance == before {
+            break;
+        }
+    }
+    if last.body == NONE { Err(Misplaced) } else { Ok(last) }
+}
+
+impl Boundary {
+    /// Takes a boundary if it lies behind `from` and is nearer.
     #[inline]
-    fn offer(&mut self, s: Span, body: u32, from: f64) {
-        let nearer =
-            |t: f64, held: &Self| t > from && (t < held.distance || t == held.distance && held.body == NONE);
-        if nearer(s.from, self) {
-            *self = Next { distance: s.from, surface: s.first, enters: true, body };
-        } else if nearer(s.to, self) {
-            *self = Next { distance: s.to, surface: s.last, enters: false, body };
+    fn offer(&mut self, (t, surface, enters): (f64, Left, bool), body: u32, from: f64) {
+        if t > from && (t < self.distance || t == self.distance && self.body == NONE) {
+            *self = Boundary { distance: t, surface, enters, body };
         }
     }
 }
@@ -154,7 +199,7 @@ impl<E: Exactness> LazyUniverse<E> {
         if !population.stands(self.sheet.contained, kind, &met.body, rng) {
             return None;
         }
-        let known = Known { body: met.body, mark: self.mark(rng) };
+        let known = self.known(kind, met.body, rng);
         if !self.is_new(ray, place, m, &known, at) {
             return None;
         }
@@ -196,44 +241,88 @@ impl<E: Exactness> LazyUniverse<E> {
         let half = 0.5 * stop.max(0.0);
         let (middle, half) =
             if half.is_finite() { (ray.at(half), half) } else { (ray.origin, f64::INFINITY) };
+        if self.last == u32::MAX {
+            let slack = 2.0 * self.sheet.rates[usize::from(place.layer)].last().map_or(0.0, |r| 1.0 / r);
+            let mut touched = std::mem::take(&mut m.touched);
+            if let Some(list) = m.near(&place.past, middle, half, slack).map(<[u32]>::len) {
+                for i in 0..list {
+                    let s = m.nearby(i);
+                    Self::meet(ray, place, stop, (middle, half), s, m, &mut touched);
+                }
+                m.touched = touched;
+                return;
+            }
+            m.touched = touched;
+        }
+        let mut touched = std::mem::take(&mut m.touched);
         let oldest = (place.past.flights + 1).saturating_sub(self.last);
         let mut index = place.past.sighting;
         while index != NONE {
-            let s = m.sightings[index as usize];
+            let s = &m.sightings[index as usize];
             if s.flight < oldest {
                 break;
             }
             index = s.before;
-            if s.layer != place.layer || !s.near(middle, half) {
-                continue;
+            if self.last == u32::MAX || !touched.iter().any(|t| t.body == s.body) {
+                Self::meet(ray, place, stop, (middle, half), s, m, &mut touched);
             }
-            if self.last != u32::MAX && m.touched.iter().any(|t| t.body == s.body) {
-                continue;
-            }
-            if let Some(t) = self.touched(ray, place, s.body, m)
-                && t.spans.outer.to >= 0.0
-                && t.spans.outer.from <= stop
-            {
-                m.touched.push(t);
-            }
+        }
+        m.touched = touched;
+    }
+
+    /// Adds a known body to those touched if the ray meets it within `stop`.
+    #[inline]
+    #[allow(clippy::too_many_arguments)]
+    fn meet(
+        ray: &Ray,
+        place: &Place,
+        stop: f64,
+        ball: (DVec3, f64),
+        s: &Sighting,
+        m: &Memory,
+        touched: &mut Vec<Touched>,
+    ) {
+        if s.layer == place.layer
+            && s.near(ball.0, ball.1)
+            && let Some(t) = Self::touched(ray, place, s.body, m)
+            && t.spans.to >= 0.0
+            && t.spans.from <= stop
+        {
+            touched.push(t);
         }
     }
 
     /// A known body on the line of the ray.
     #[inline]
-    fn touched(&self, ray: &Ray, place: &Place, body: u32, m: &Memory) -> Option<Touched> {
+    fn touched(ray: &Ray, place: &Place, body: u32, m: &Memory) -> Option<Touched> {
         let known = &m.bodies[body as usize];
         let left = match place.stands {
             Some(Stands { body: b, surface, inside }) if b == body => Some((surface, inside)),
             _ => None,
         };
         let spans = known.body.spans(ray.origin, ray.dir, left)?;
-        let kind = &self.sheet.layers[usize::from(place.layer)].kinds[usize::from(known.body.kind)];
-        Some(Touched { spans, body, mark: known.mark, wall: kind.wall, lumen: kind.lumen })
+        Some(Touched { spans, body, solid: known.solid })
     }
 
     /// The first change of medium among the touched bodies behind `scanned` and up to `stop`.
+    #[inline]
     fn first_change(&self, ray: &Ray, place: &Place, m: &Memory, scanned: f64, stop: f64) -> Option<Change> {
+        let Some(wall) = self.only_wall else { return self.any_change(ray, place, m, scanned, stop) };
+        let found = if place.medium == wall { way_out(&m.touched) } else { way_in(&m.touched) };
+        let Ok(found) = found else {
+            return self.groove(ray, place, m, self.sheet.layers[usize::from(place.layer)].slab.pore);
+        };
+        if found.body == NONE || found.distance > stop {
+            return None;
+        }
+        let Boundary { distance, surface, enters, body } = found;
+        let beyond =
+            if place.medium == wall { self.sheet.layers[usize::from(place.layer)].slab.pore } else { wall };
+        Some(Change { distance, body, surface, enters, beyond, layer: place.layer, outward: None })
+    }
+
+    /// The same for any number of media and any rule.
+    fn any_change(&self, ray: &Ray, place: &Place, m: &Memory, scanned: f64, stop: f64) -> Option<Change> {
         let pore = self.sheet.layers[usize::from(place.layer)].slab.pore;
         let mut from = scanned;
         if scanned < 0.0 {
@@ -246,17 +335,14 @@ impl<E: Exactness> LazyUniverse<E> {
             return None;
         }
         loop {
-            let mut next = Next { distance: stop, surface: Left::Nothing, enters: false, body: NONE };
+            let mut next = Boundary { distance: stop, ..NOWHERE };
             for b in &m.touched {
-                next.offer(b.spans.outer, b.body, from);
-                if let Some(lumen) = b.spans.lumen {
-                    next.offer(lumen, b.body, from);
-                }
+                boundaries(b).into_iter().for_each(|boundary| next.offer(boundary, b.body, from));
             }
             if next.body == NONE {
                 return None;
             }
-            let Next { distance, surface, enters, body } = next;
+            let Boundary { distance, surface, enters, body } = next;
             let beyond = medium_behind(&m.touched, distance, self.overlap, pore);
             if beyond != place.medium {
                 let layer = place.layer;
@@ -269,7 +355,7 @@ impl<E: Exactness> LazyUniverse<E> {
     /// The ray stands in the groove between two bodies, and rounding has put it beyond the second
     /// surface: it meets that surface where it stands.
     fn groove(&self, ray: &Ray, place: &Place, m: &Memory, pore: MediumId) -> Option<Change> {
-        let mut nearest: Option<(Boundary, u32)> = None;
+        let mut nearest: Option<((f64, Left, bool), u32)> = None;
         let mut index = place.past.sighting;
         while index != NONE {
             let Sighting { body, before, layer, .. } = m.sightings[index as usize];
@@ -277,7 +363,7 @@ impl<E: Exactness> LazyUniverse<E> {
             if layer != place.layer {
                 continue;
             }
-            let Some(t) = self.touched(ray, place, body, m) else { continue };
+            let Some(t) = Self::touched(ray, place, body, m) else { continue };
             for b in boundaries(&t) {
                 if b.0.is_finite() && nearest.is_none_or(|n| b.0.abs() < n.0.0.abs()) {
                     nearest = Some((b, body));
@@ -291,8 +377,8 @@ impl<E: Exactness> LazyUniverse<E> {
 
     /// Adds the body just learnt to the flight; the medium behind its surface, if that is a change.
     fn enters(&self, ray: &Ray, place: &Place, m: &mut Memory, body: u32, at: f64) -> Option<MediumId> {
-        let mut t = self.touched(ray, place, body, m)?;
-        t.spans.outer.from = at;
+        let mut t = Self::touched(ray, place, body, m)?;
+        t.spans.from = at;
         m.touched.push(t);
         let pore = self.sheet.layers[usize::from(place.layer)].slab.pore;
         let beyond = medium_behind(&m.touched, at, self.overlap, pore);
@@ -304,7 +390,7 @@ impl<E: Exactness> LazyUniverse<E> {
         let flight = place.past.flights + 1;
         for i in 0..m.touched.len() {
             let t = m.touched[i];
-            if t.spans.outer.from <= end {
+            if t.spans.from <= end {
                 let s = Sighting::of(&m.bodies[t.body as usize].body, t.body, place.layer, flight);
                 m.see(&mut place.past, s);
             }

@@ -1,7 +1,7 @@
 //! What a history has met: bodies and traced segments, append-only. A place holds the newest entry of
 //! its own past, each entry the one before: a branch is a copy of a place and sees only its own past.
 
-use crate::math::DVec3;
+use crate::math::{DVec3, Frame};
 use crate::universe::statistical::section::{Body, Spans};
 use crate::universe::{MediumId, Ray};
 
@@ -20,15 +20,13 @@ pub struct Past {
 /// Nothing known.
 pub(super) const NOTHING: Past = Past { sighting: NONE, segment: NONE, flights: 0 };
 
-/// A body as far as a quick test needs it: a sphere or a capsule around it.
+/// A body as far as a quick test needs it: the box around it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sighting {
     centre: DVec3,
-    /// Fibre axis; zero for bodies without.
-    axis: DVec3,
-    radius: f64,
-    /// Half length along the axis.
-    ends: f64,
+    frame: Frame,
+    /// Half sizes along the frame's axes.
+    half: DVec3,
     /// The body itself.
     pub body: u32,
     /// Flight on which it was met.
@@ -40,16 +38,10 @@ pub(super) struct Sighting {
 impl Sighting {
     pub fn of(body: &Body, index: u32, layer: u16, flight: u32) -> Self {
         let h = &body.outer;
-        let (axis, radius) = if h.c.is_infinite() {
-            (body.frame.z, h.a.max(h.b))
-        } else {
-            (DVec3::ZERO, h.a.max(h.b).max(h.c))
-        };
         Sighting {
             centre: body.centre,
-            axis,
-            radius,
-            ends: body.ends,
+            frame: body.frame,
+            half: DVec3::new(h.a, h.b, h.c.min(body.ends)),
             body: index,
             flight,
             layer,
@@ -57,18 +49,15 @@ impl Sighting {
         }
     }
 
-    /// False only if the body surely misses the ball of radius `r` about `p`.
+    /// False only if the body surely misses the ball of radius `r` about `p`: the box around the body
+    /// does, by one of its faces. The margin is above the rounding of the products.
     #[inline]
     pub fn near(&self, p: DVec3, r: f64) -> bool {
         let w = p - self.centre;
-        let along = w.dot(self.axis);
-        if along.abs() > self.ends + r {
-            return false;
-        }
-        let w2 = w.length_squared();
-        let room = self.radius + r;
-        // The difference of squares is sure to 1e-15 of w²; the margin keeps the test on the safe side.
-        w2 - along * along <= room * room * (1.0 + 1e-9) + 1e-12 * w2
+        let r = r * (1.0 + 1e-9) + 1e-12 * (w.x.abs() + w.y.abs() + w.z.abs());
+        w.dot(self.frame.y).abs() <= self.half.y + r
+            && w.dot(self.frame.x).abs() <= self.half.x + r
+            && (self.half.z.is_infinite() || w.dot(self.frame.z).abs() <= self.half.z + r)
     }
 }
 
@@ -86,12 +75,9 @@ impl Segment {
     /// Whether a body holds a point of the segment (or its wall does: the planted fault).
     #[inline]
     fn meets(&self, body: &Body, whole: bool) -> bool {
-        let Some(Spans { outer, lumen }) = body.spans(self.from, self.dir, None) else { return false };
-        let (a, b) = (outer.from.max(0.0), outer.to.min(self.length));
-        if a > b {
-            return false;
-        }
-        whole || !lumen.is_some_and(|l| l.from <= a && l.to >= b)
+        let Some(s) = body.spans(self.from, self.dir, None) else { return false };
+        let (a, b) = (s.from.max(0.0), s.to.min(self.length));
+        a <= b && (whole || !(s.lumen_from <= a && s.lumen_to >= b))
     }
 }
 
@@ -122,16 +108,36 @@ impl Bounds {
 pub(super) struct Touched {
     pub spans: Spans,
     pub body: u32,
+    pub solid: Solid,
+}
+
+/// What a body is made of, and its random mark: of two that overlap the higher rules.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Solid {
     pub mark: f64,
     pub wall: MediumId,
     pub lumen: MediumId,
 }
 
-/// A body and its random mark: of two that overlap the higher rules.
+/// A body that has been met.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Known {
     pub body: Body,
-    pub mark: f64,
+    pub solid: Solid,
+}
+
+/// Bodies known before a list of the near ones pays.
+const MANY: usize = 24;
+
+/// The known bodies near a ball: most flights of a long history stay in it for a while, and need not ask
+/// the others.
+#[derive(Debug, Default)]
+struct Nearby {
+    /// Sightings that reach into the ball, among those before `through`.
+    list: Vec<u32>,
+    centre: DVec3,
+    radius: f64,
+    through: usize,
 }
 
 /// Memory of a history; cleared between histories, never freed.
@@ -143,6 +149,10 @@ pub struct Memory {
     /// Boxes around runs of [`RUN`] segments, and around runs of such runs.
     runs: Vec<Bounds>,
     runs_of_runs: Vec<Bounds>,
+    nearby: Nearby,
+    /// The present chain of sightings begins here, and is unbranched so far.
+    first_sighting: usize,
+    unbranched: bool,
     /// Scratch of a flight.
     pub(super) touched: Vec<Touched>,
     /// Where the present chain of segments begins; it is unbranched so far if `straight`.
@@ -162,6 +172,9 @@ impl Default for Memory {
             segments: Vec::new(),
             runs: Vec::new(),
             runs_of_runs: Vec::new(),
+            nearby: Nearby::default(),
+            first_sighting: 0,
+            unbranched: true,
             touched: Vec::new(),
             base: 0,
             straight: true,
@@ -192,6 +205,9 @@ impl Memory {
         self.runs.clear();
         self.runs_of_runs.clear();
         (self.base, self.straight, self.common, self.pockets) = (0, true, NOTHING, 0);
+        (self.first_sighting, self.unbranched) = (0, true);
+        self.nearby.list.clear();
+        (self.nearby.radius, self.nearby.through) = (0.0, 0);
     }
 
     /// Bodies, segments and bytes in use.
@@ -226,9 +242,43 @@ impl Memory {
 
     /// Another sighting of a known body.
     pub(super) fn see(&mut self, past: &mut Past, sighting: Sighting) {
-        let index = self.sightings.len() as u32;
+        let index = self.sightings.len();
+        if past.sighting == NONE {
+            (self.first_sighting, self.unbranched) = (index, true);
+            self.nearby.radius = 0.0;
+        } else if past.sighting as usize + 1 != index {
+            self.unbranched = false;
+        }
         self.sightings.push(Sighting { before: past.sighting, ..sighting });
-        past.sighting = index;
+        past.sighting = index as u32;
+    }
+
+    /// The sightings of an unbranched past that may reach into the ball of radius `half` about `middle`,
+    /// if there are so many that it pays; a list is kept for a ball larger by `slack`.
+    pub(super) fn near(&mut self, past: &Past, middle: DVec3, half: f64, slack: f64) -> Option<&[u32]> {
+        let n = self.sightings.len();
+        if n - self.first_sighting < MANY || !self.unbranched || past.sighting as usize + 1 != n {
+            return None;
+        }
+        let list = &mut self.nearby;
+        // Written so that a radius of 0 and distances that are no numbers rebuild it.
+        if !(middle.distance(list.centre) + half <= list.radius) {
+            list.list.clear();
+            (list.centre, list.radius, list.through) = (middle, half + slack, self.first_sighting);
+        }
+        for (i, s) in self.sightings.iter().enumerate().skip(list.through) {
+            if s.near(list.centre, list.radius) {
+                list.list.push(i as u32);
+            }
+        }
+        list.through = n;
+        Some(&list.list)
+    }
+
+    /// A sighting of the list of the near ones.
+    #[inline]
+    pub(super) fn nearby(&self, i: usize) -> &Sighting {
+        &self.sightings[self.nearby.list[i] as usize]
     }
 
     /// Keeps a traced segment.
@@ -299,27 +349,25 @@ impl Memory {
             let (centre, radius) = b.ball();
             quick.near(centre, radius)
         };
-        let mut at = self.base;
-        while at < n {
-            if at.is_multiple_of(RUN * RUN)
-                && let Some(b) = self.runs_of_runs.get(at / (RUN * RUN))
+        // Newest first: what would have been seen was mostly seen nearby, and not long ago.
+        let mut end = n;
+        while end > self.base {
+            let begin = (end - 1) / RUN * RUN;
+            if end.is_multiple_of(RUN * RUN)
+                && let Some(b) = self.runs_of_runs.get(end / (RUN * RUN) - 1)
                 && !within(b)
             {
-                at += RUN * RUN;
+                end -= RUN * RUN;
                 continue;
             }
-            if at.is_multiple_of(RUN)
-                && let Some(b) = self.runs.get(at / RUN)
-                && !within(b)
+            let known = self.runs.get(begin / RUN);
+            let segments = &self.segments[begin.max(self.base)..end];
+            if known.is_none_or(within)
+                && segments.iter().rev().any(|s| self.segment_meets(s, quick, body, whole))
             {
-                at += RUN;
-                continue;
-            }
-            let end = (at / RUN + 1) * RUN;
-            if self.segments[at..end.min(n)].iter().any(|s| self.segment_meets(s, quick, body, whole)) {
                 return true;
             }
-            at = end;
+            end = begin;
         }
         false
     }

@@ -23,13 +23,14 @@ pub mod overlap;
 pub use memory::{Kept, Memory};
 
 use super::StatisticalUniverse;
+use super::kind::Kind;
 use super::section::Left;
 use crate::math::DVec3;
 use crate::rng::Stream;
 use crate::universe::sheet::plane_ahead;
 use crate::universe::{Face, Interface, MediumId, Next, Ray, Start, SurfaceId, Universe};
 use flight::Change;
-use memory::{Known, NOTHING, Past};
+use memory::{Known, NOTHING, Past, Solid};
 use std::marker::PhantomData;
 
 /// How overlapping bodies share a point.
@@ -72,6 +73,8 @@ pub struct LazyUniverse<E = Exact> {
     last: u32,
     /// Marks decide (several solids, or priority).
     marks: bool,
+    /// The one solid of a sheet whose lumens are pores too, if that is all there is.
+    only_wall: Option<MediumId>,
     exactness: PhantomData<E>,
 }
 
@@ -128,8 +131,20 @@ impl<E: Exactness> LazyUniverse<E> {
         let mut media: Vec<[MediumId; 2]> =
             sheet.layers.iter().flat_map(|l| l.kinds.iter().map(|k| [k.wall, k.lumen])).collect();
         media.dedup();
+        let hollow_is_pore = sheet.layers.iter().all(|l| l.kinds.iter().all(|k| k.lumen == l.slab.pore));
+        let only_wall = match media[..] {
+            [[wall, _]] if hollow_is_pore && overlap != Overlap::Priority => Some(wall),
+            _ => None,
+        };
         let marks = overlap == Overlap::Priority || media.len() > 1;
-        LazyUniverse { sheet, overlap, last: last.unwrap_or(u32::MAX), marks, exactness: PhantomData }
+        LazyUniverse {
+            sheet,
+            overlap,
+            last: last.unwrap_or(u32::MAX),
+            marks,
+            only_wall,
+            exactness: PhantomData,
+        }
     }
 
     /// The sheet.
@@ -268,7 +283,7 @@ impl<E: Exactness> LazyUniverse<E> {
                     while E::START_WEIGHTED && rng.uniform() >= dir.cross(body.frame.z).length() {
                         body = kind.covering(at, index as u16, rng);
                     }
-                    let known = Known { body, mark: self.mark(rng) };
+                    let known = self.known(kind, body, rng);
                     if population.stands(false, kind, &body, rng)
                         && !m.would_have_seen(&place.past, &body, layer, self.last, E::WHOLE_BODY_REJECTS)
                         && !(self.overlap == Overlap::Forbid && self.clashes(place, &body, layer, m))
@@ -287,9 +302,11 @@ impl<E: Exactness> LazyUniverse<E> {
         medium
     }
 
+    /// A body to be remembered, with a mark where marks decide.
     #[inline]
-    fn mark(&self, rng: &mut Stream) -> f64 {
-        if self.marks { rng.uniform() } else { 0.0 }
+    fn known(&self, kind: &Kind, body: super::section::Body, rng: &mut Stream) -> Known {
+        let mark = if self.marks { rng.uniform() } else { 0.0 };
+        Known { body, solid: Solid { mark, wall: kind.wall, lumen: kind.lumen } }
     }
 
     /// Whether `body` would cut a known one.
