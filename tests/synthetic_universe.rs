@@ -8,6 +8,8 @@ mod harness;
 mod chords;
 #[path = "synthetic_universe/hard_cases.rs"]
 mod hard_cases;
+#[path = "synthetic_universe/many.rs"]
+mod many;
 #[path = "synthetic_universe/walks.rs"]
 mod walks;
 
