@@ -27,6 +27,7 @@ fn universe() -> StatisticalUniverse {
         width: SizeLaw::Constant(2.0 * radius),
         flatness: SizeLaw::Constant(1.0),
         wall: Some(SizeLaw::Constant(0.27 * radius)),
+        length: None,
     };
     let (wall, lumen) = (MediumId(1), MediumId(2));
     let kind = Kind::new(
@@ -46,6 +47,7 @@ fn universe() -> StatisticalUniverse {
         kinds: vec![kind],
         share: vec![averages(Rule::Union, &density, &cover)[0].1],
         density,
+        content: vec![cover[0].content],
         solid: vec![cover[0].solid / cover[0].content],
         grace: None,
     };

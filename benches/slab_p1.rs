@@ -20,14 +20,7 @@ use std::hint::black_box;
 const HEIGHT: f64 = 200.0;
 
 fn universe() -> StatisticalUniverse {
-    let layer = Population {
-        slab: Slab { top: HEIGHT, bottom: 0.0, pore: MediumId(1), surface: SurfaceId::SMOOTH },
-        kinds: vec![],
-        density: vec![],
-        share: vec![],
-        solid: vec![],
-        grace: None,
-    };
+    let layer = Population::plain(Slab { top: HEIGHT, bottom: 0.0, pore: MediumId(1), surface: SurfaceId::SMOOTH });
     let rules = Rules {
         rung: Rung::Homogeneous,
         outside: MediumId(0),

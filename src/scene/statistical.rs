@@ -114,10 +114,8 @@ fn populate(
     scene: &model::Scene,
     media: &mut Media,
 ) -> Result<(Population, Option<LayerReport>), String> {
-    let empty =
-        |slab| Population { slab, kinds: vec![], density: vec![], share: vec![], solid: vec![], grace: None };
     if layer.components.is_empty() {
-        return Ok((empty(slab), None));
+        return Ok((Population::plain(slab), None));
     }
     let contained = sheet.edges == Edges::Contained && layer.grace.is_none();
     let kinds: Vec<Kind> = layer.components.iter().enumerate().map(|(i, c)| kind(c, i, media)).collect();
@@ -138,12 +136,13 @@ fn populate(
     {
         let pore = media.average(&format!("layer at {:.1} µm", slab.bottom), parts);
         let report = report(layer, &kinds, &cover, &density, &shares, rate);
-        return Ok((empty(Slab { pore, ..slab }), Some(report)));
+        return Ok((Population::plain(Slab { pore, ..slab }), Some(report)));
     }
     let report = report(layer, &kinds, &cover, &density, &shares, rate);
     let grace = layer.grace.as_ref().map(|g| Grace::new(free_path(&g.free_path), g.types.clone(), g.contact));
     let population = Population {
         slab,
+        content: cover.iter().map(|c| c.content).collect(),
         share: shares.iter().map(|s| s.1).collect(),
         solid: cover.iter().map(|c| c.solid / c.content).collect(),
         kinds,
@@ -186,7 +185,7 @@ fn matched_parts(layer: &Layer, shares: &[(f64, f64)], scene: &model::Scene) -> 
 fn kind(c: &model::Component, index: usize, media: &mut Media) -> Kind {
     let sizes = match &c.shape {
         Shape::Fibre { width, flatness, wall, .. } => {
-            Sizes::Fibre { width: width.clone(), flatness: flatness.clone(), wall: wall.clone() }
+            Sizes::Fibre { width: width.clone(), flatness: flatness.clone(), wall: wall.clone(), length: None }
         }
         Shape::Ellipsoid { axes } => Sizes::Ellipsoid(axes.clone()),
         Shape::Sphere { diameter } => Sizes::Sphere(diameter.clone()),

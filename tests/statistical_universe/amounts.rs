@@ -26,6 +26,7 @@ impl Fibre {
             width: SizeLaw::Constant(2.0 * self.a),
             flatness: SizeLaw::Constant(self.b / self.a),
             wall: self.wall.map(SizeLaw::Constant),
+            length: None,
         };
         Kind::new(
             sizes,

@@ -106,6 +106,7 @@ fn chords_follow_their_laws() {
                         width: SizeLaw::Constant(2.0 * r),
                         flatness: SizeLaw::Constant(flatten),
                         wall: None,
+                        length: None,
                     },
                     ..Sheet::fibres(r, None, Target::Body(0.3), 10.0)
                 },
@@ -216,6 +217,7 @@ fn elliptic_fibres_are_met_at_the_projected_width() {
             width: SizeLaw::Constant(2.0 * a),
             flatness: SizeLaw::Constant(b / a),
             wall: None,
+            length: None,
         },
         roll,
         azimuth,

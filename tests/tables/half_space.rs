@@ -53,7 +53,7 @@ fn half_space(row: &Row, shift: f64) -> Check {
     let depth = 1e4;
     let slab = Slab { top: depth, bottom: 0.0, pore: MediumId(1), surface: SurfaceId::SMOOTH };
     let layer =
-        Population { slab, kinds: vec![], density: vec![], share: vec![], solid: vec![], grace: None };
+        Population::plain(slab);
     let rules = Rules {
         rung: Rung::Homogeneous,
         outside: MediumId(0),

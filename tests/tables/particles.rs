@@ -448,7 +448,7 @@ mod statistical {
         };
         let frame = Frame { x, y: axis.cross(x), z: axis };
         match &sheet.sizes {
-            Sizes::Fibre { width, flatness, wall } => {
+            Sizes::Fibre { width, flatness, wall, .. } => {
                 let a = 0.5 * constant(width);
                 let b = a * constant(flatness);
                 let lumen = wall.as_ref().map(|w| (a - constant(w), b - constant(w)));
@@ -460,6 +460,11 @@ mod statistical {
                 let [a, b, c] = [0, 1, 2].map(|i| 0.5 * constant(&d[i]));
                 (frame, Shape::Ellipsoid(Ellipsoid { a, b, c }), None)
             }
+            Sizes::Disc { diameter, thickness } => {
+                let (r, half) = (0.5 * constant(diameter), 0.5 * constant(thickness));
+                let disc = EllipticCylinder { a: r, b: r, half_length: Some(half) };
+                (frame, Shape::Cylinder(disc), None)
+            }
         }
     }
 
@@ -470,7 +475,7 @@ mod statistical {
         };
         let fibres = |wall| Sheet::fibres(1.0, wall, Target::Body(0.3), 10.0);
         let elliptic = |wall, roll| Sheet {
-            sizes: Sizes::Fibre { width: SizeLaw::Constant(2.0), flatness: SizeLaw::Constant(0.35), wall },
+            sizes: Sizes::Fibre { width: SizeLaw::Constant(2.0), flatness: SizeLaw::Constant(0.35), wall, length: None },
             roll,
             ..fibres(None)
         };

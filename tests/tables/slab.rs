@@ -37,14 +37,7 @@ fn case(layers: &str, n_top: f64, backing: Option<f64>, incidence: &str, shift_g
             if *g == 0.0 && shift_g == 0.0 { Phase::Isotropic } else { Phase::HenyeyGreenstein(g + shift_g) };
         media.push(medium.with([1.0 - albedo], *albedo, phase));
         let bottom = if i + 1 == layers.len() { 0.0 } else { top - tau };
-        slabs.push(Population {
-            slab: Slab { top, bottom, pore: MediumId(i as u16 + 1), surface: SurfaceId::SMOOTH },
-            kinds: vec![],
-            density: vec![],
-            share: vec![],
-            solid: vec![],
-            grace: None,
-        });
+        slabs.push(Population::plain(Slab { top, bottom, pore: MediumId(i as u16 + 1), surface: SurfaceId::SMOOTH }));
         top = bottom;
     }
     let rules = Rules {

@@ -10,6 +10,7 @@ use lightpro::math::DVec3;
 use lightpro::phase::Phase;
 use lightpro::rng::{Purpose, Stream};
 use lightpro::universe::statistical::amount::{Rule, Target};
+use lightpro::universe::statistical::lazy::{LazyUniverse, Overlap};
 use lightpro::universe::statistical::{Rung, StatisticalUniverse};
 use lightpro::universe::{Face, Interface, MediumId, Next, Ray, Universe};
 use rayon::prelude::*;
@@ -32,7 +33,6 @@ struct Shift {
 const AS_IS: Shift = Shift { radius: 1.0, share: 0.0, index: 0.0, haste: 1 };
 const HASTY: Shift = Shift { haste: 3, ..AS_IS };
 
-const NO_FULL: &str = "rung full (every body met is remembered) is not in this version";
 const NO_EXPLICIT: &str = "explicit realisations of an infinite sheet are not in this version";
 const NO_PLANES: &str = "ALP: planar layers of random thickness are no bodies of this universe";
 
@@ -51,8 +51,13 @@ fn pair(text: &str, key: &str) -> [f64; 2] {
     [numbers[0], numbers[1]]
 }
 
-/// A case of the table: universe, light, thickness.
+/// A case of the table: universe, light, thickness; remembered or not.
 type Case = (StatisticalUniverse, Light<1>, f64);
+
+/// Names of the exact rung.
+fn is_full(universe: &str) -> bool {
+    matches!(universe, "MEM-full" | "LAZY-full" | "ray_union_MGinf" | "full")
+}
 
 fn homogeneous(medium: Medium<1>, height: f64) -> Case {
     (plain_sheet(vec![plain(height, 0.0, SOLID)]), light(medium, None), height)
@@ -71,19 +76,18 @@ fn case(row: &Row, shift: Shift) -> Result<Case, &'static str> {
     let (p, universe) = (row.text("parameters"), row.text("universe"));
     match (row.text("problem"), universe) {
         (_, "EXPLICIT") => Err(NO_EXPLICIT),
-        (_, "MEM-full" | "LAZY-full" | "ray_union_MGinf") => Err(NO_FULL),
         ("ALP", "AM") => {
             let (chord, sigma, c) = (pair(p, "Lambda="), pair(p, "Sigma_t="), pair(p, " c="));
             let share = chord[1] / (chord[0] + chord[1]) + shift.share;
             Ok(homogeneous(averaged(share, sigma, c), number(p, " L=")))
         }
         ("ALP", _) => Err(NO_PLANES),
-        ("white_fibres", "CLS") => {
+        ("white_fibres", _) => {
             let (share, height) = (Target::Body(number(p, "phi=") + shift.share), number(p, "H/r="));
             let sheet = Sheet { surface: OWN, ..Sheet::fibres(shift.radius, None, share, height) };
             Ok((sheet.build(), light(Medium::clear(1.0), Some(opaque_lambertian(number(p, "rho=")))), height))
         }
-        ("white_spheres", "CLS") => {
+        ("white_spheres", _) => {
             let (share, height) = (Target::Body(number(p, "phi=") + shift.share), number(p, "H/a="));
             let sheet = Sheet { surface: OWN, ..Sheet::spheres(shift.radius, share, height) };
             Ok((sheet.build(), light(Medium::clear(1.0), Some(opaque_lambertian(number(p, "rho=")))), height))
@@ -95,6 +99,7 @@ fn case(row: &Row, shift: Shift) -> Result<Case, &'static str> {
                 "ATOMIC" => return Ok(homogeneous(averaged(phi, [0.0, sigma], [0.0, c]), height)),
                 "LCLS" => (Rung::Forgetful, Rule::Apart),
                 "MARKOV" => (Rung::Markov, Rule::Union),
+                "MEM-full" | "LAZY-full" => (Rung::Forgetful, Rule::Union),
                 other => panic!("universe {other}"),
             };
             let sheet = Sheet {
@@ -126,11 +131,16 @@ fn check(row: &Row, shift: Shift, kept: &Kept) -> Check {
     }
     let key = format!("{p} {universe}");
     if !kept.totals.borrow().contains_key(&key) {
-        let (universe, light, height) = match case(row, shift) {
+        let (sheet, light, height) = match case(row, shift) {
             Ok(case) => case,
             Err(why) => return Check::Cannot(why),
         };
-        let totals = run(&universe, &light, &diffuse(height), height, 1_000_000 / shift.haste);
+        let (source, count) = (diffuse(height), 1_000_000 / shift.haste);
+        let totals = if is_full(universe) {
+            run(&LazyUniverse::new(sheet, Overlap::Union, None), &light, &source, height, count)
+        } else {
+            run(&sheet, &light, &source, height, count)
+        };
         kept.totals.borrow_mut().insert(key.clone(), totals);
     }
     let kept = kept.totals.borrow();
@@ -154,7 +164,7 @@ fn absorption(row: &Row, shift: Shift, kept: &Kept) -> Check {
     let (rung, rule) = match universe {
         "CLS_single_chord_rate_matched_phi" => (Rung::Forgetful, Rule::Apart),
         "markov_closed_form" => (Rung::Markov, Rule::Union),
-        "ray_union_MGinf" => return Check::Cannot(NO_FULL),
+        "ray_union_MGinf" => (Rung::Forgetful, Rule::Union),
         other => panic!("universe {other}"),
     };
     let lane = ALPHAS.iter().position(|a| *a == number(p, "alpha*r=")).unwrap();
@@ -171,7 +181,12 @@ fn absorption(row: &Row, shift: Shift, kept: &Kept) -> Check {
             ..Sheet::fibres(shift.radius, None, share, height)
         };
         let solid = Medium::<5>::clear(1.0).with(ALPHAS, 0.0, Phase::Isotropic);
-        run(&sheet.build(), &light(solid, None), &normal(height), height, 2_000_000 / shift.haste)
+        let (light, source, count) = (light(solid, None), normal(height), 2_000_000 / shift.haste);
+        if is_full(universe) {
+            run(&sheet.remembered(None), &light, &source, height, count)
+        } else {
+            run(&sheet.build(), &light, &source, height, count)
+        }
     });
     let (mean, se) = got.lane(got.layout.of(lightpro::tally::Cell::Transmitted), lane);
     let noise = if universe == "markov_closed_form" { 4.0 * se } else { 0.0 };
@@ -403,17 +418,21 @@ fn hollow_sheet(row: &Row, shift: Shift) -> Sheet {
 
 fn hollow(row: &Row, shift: Shift, kept: &Kept) -> Check {
     match row.text("universe") {
-        "none" => {}
-        "explicit" => return Check::Cannot(NO_EXPLICIT),
-        _ => return Check::Cannot(NO_FULL),
+        "none" | "full" => {}
+        _ => return Check::Cannot(NO_EXPLICIT),
     }
     let height = row.f("H");
-    let key = ["w", "H", "edges", "incidence"].map(|c| row.text(c)).join(" ");
+    let key = ["w", "H", "edges", "incidence", "universe"].map(|c| row.text(c)).join(" ");
     let mut kept = kept.totals.borrow_mut();
     let totals = kept.entry(key).or_insert_with(|| {
         let wall = Medium::clear(row.f("n_wall") + shift.index).with(HOLLOW_ALPHAS, 0.0, Phase::Isotropic);
         let source = if row.text("incidence") == "diffuse" { diffuse(height) } else { normal(height) };
-        run(&hollow_sheet(row, shift).build(), &light(wall, None), &source, height, 600_000 / shift.haste)
+        let (sheet, light) = (hollow_sheet(row, shift), light(wall, None));
+        if is_full(row.text("universe")) {
+            run(&sheet.remembered(None), &light, &source, height, 1_000_000 / shift.haste)
+        } else {
+            run(&sheet.build(), &light, &source, height, 600_000 / shift.haste)
+        }
     });
     let lane = HOLLOW_ALPHAS.iter().position(|a| *a == row.f("alpha_r")).unwrap();
     let at = |cell| totals.lane(totals.layout.of(cell), lane);
@@ -486,15 +505,15 @@ impl Score<1> for Rings {
 /// BRF = share of the ring over that of the perfect diffuser, sin²θ₂ − sin²θ₁.
 fn brf(row: &Row, shift: Shift, kept: &RefCell<HashMap<String, Rings>>) -> Check {
     match row.text("universe") {
-        "none" => {}
-        "explicit" => return Check::Cannot(NO_EXPLICIT),
-        _ => return Check::Cannot(NO_FULL),
+        "none" | "full" => {}
+        _ => return Check::Cannot(NO_EXPLICIT),
     }
     let mut kept = kept.borrow_mut();
-    let rings = kept.entry(row.text("w").to_owned()).or_insert_with(|| {
+    let key = format!("{} {}", row.text("w"), row.text("universe"));
+    let rings = kept.entry(key).or_insert_with(|| {
         assert_eq!(row.text("incidence"), "normal");
         let height = row.f("H");
-        let universe = hollow_sheet(row, shift).build();
+        let sheet = hollow_sheet(row, shift);
         let light = Light {
             surfaces: vec![SurfaceLaw::default()],
             media: vec![Medium::clear(1.0), Medium::clear(row.f("n_wall") + shift.index)],
@@ -502,7 +521,12 @@ fn brf(row: &Row, shift: Shift, kept: &RefCell<HashMap<String, Rings>>) -> Check
         };
         let edges = vec![0.0, 2.5, 5.0, 10.0, 20.0, 40.0, 60.0, 80.0];
         let empty = || Rings { edges: edges.clone(), power: vec![0.0; edges.len() - 1], histories: 0.0 };
-        walk(&world(&universe, &light, height), 1_000_000, empty, |rng| normal(height).emit(rng))
+        let emit = |rng: &mut Stream| normal(height).emit(rng);
+        if is_full(row.text("universe")) {
+            walk(&world(&sheet.remembered(None), &light, height), 1_000_000, empty, emit)
+        } else {
+            walk(&world(&sheet.build(), &light, height), 1_000_000, empty, emit)
+        }
     });
     let ring = rings.edges.iter().position(|e| *e == row.f("ring_lo_deg")).unwrap();
     let sin2 = |column: &str| row.f(column).to_radians().sin().powi(2);

@@ -11,6 +11,7 @@ use lightpro::tally::{Cell, Layout, Node};
 use lightpro::universe::sheet::Slab;
 use lightpro::universe::statistical::amount::{Rule, Target, averages, coverage, densities};
 use lightpro::universe::statistical::kind::{Kind, Sizes};
+use lightpro::universe::statistical::lazy::{LazyUniverse, Overlap};
 use lightpro::universe::statistical::{Population, Rules, Rung, StatisticalUniverse};
 use lightpro::universe::{BodyId, MediumId, Ray, SurfaceId, Universe};
 use rayon::prelude::*;
@@ -73,6 +74,7 @@ impl Sheet {
                 width: SizeLaw::Constant(2.0 * r),
                 flatness: SizeLaw::Constant(1.0),
                 wall: wall.map(SizeLaw::Constant),
+                length: None,
             },
             azimuth: Azimuth::Uniform,
             tilt: Tilt::InPlane,
@@ -106,6 +108,7 @@ impl Sheet {
             slab: Slab { top: bottom + self.height, bottom, pore: AIR, surface: SurfaceId::SMOOTH },
             kinds: vec![kind],
             density,
+            content: vec![cover[0].content],
             share: vec![shares[0].1],
             solid: vec![cover[0].solid / cover[0].content],
             grace: None,
@@ -124,6 +127,11 @@ impl Sheet {
         }
     }
 
+    /// The same sheet remembered: the last `last` flights, or all.
+    pub fn remembered(&self, last: Option<u32>) -> LazyUniverse {
+        LazyUniverse::new(self.build(), Overlap::Union, last)
+    }
+
     pub fn build(&self) -> StatisticalUniverse {
         StatisticalUniverse::new(vec![self.population(0.0)], self.rules())
     }
@@ -131,14 +139,7 @@ impl Sheet {
 
 /// A layer without bodies, of the medium `pore`.
 pub fn plain(top: f64, bottom: f64, pore: MediumId) -> Population {
-    Population {
-        slab: Slab { top, bottom, pore, surface: SurfaceId::SMOOTH },
-        kinds: vec![],
-        density: vec![],
-        share: vec![],
-        solid: vec![],
-        grace: None,
-    }
+    Population::plain(Slab { top, bottom, pore, surface: SurfaceId::SMOOTH })
 }
 
 /// A sheet of homogeneous layers.

@@ -14,10 +14,11 @@
 //! height h lies uniformly in [h, H − h], and out(z) thins towards the faces. The densities are found
 //! by a multiplicative fixed-point iteration on the depth averages.
 
-use super::kind::{Kind, Sizes, lumen_of};
-use super::section::{HalfAxes, half_height};
+use super::kind::Kind;
+use super::section::{Body, HalfAxes, half_height};
 use crate::math::{PI, asin, gauss_legendre};
 use crate::rng::{Purpose, Stream};
+use std::sync::LazyLock;
 use thiserror::Error;
 
 /// How bodies share space.
@@ -101,51 +102,75 @@ pub fn coverage(kind: &Kind, h_layer: f64, contained: bool) -> Coverage {
         surface: 0.0,
     };
     let mut rng = Stream::of(0x0c0_7e4a6e, 0, 0, Purpose::Probe);
+    let mut weight = 0.0;
     for _ in 0..SAMPLES {
-        let frame = kind.orientation(&mut rng);
-        let (outer, lumen) = sample_sizes(kind.sizes(), &mut rng);
-        let w = 1.0 / SAMPLES as f64;
-        let (content, hollow) = (outer.content(), lumen.map_or(0.0, |l| l.content()));
+        let body = kind.draw(&mut rng);
+        // Length laws count fibres by number, amounts count them by length.
+        let w = if kind.is_fibre() && body.ends.is_finite() { body.ends } else { 1.0 };
+        weight += w;
+        let (content, hollow) = contents(&body, kind.is_fibre());
         c.content += w * content;
         c.solid += w * (content - hollow);
-        c.surface += w * surface_of(&outer);
-        let height = half_height(&frame, &outer);
-        let inner = lumen.map(|l| (l.content(), half_height(&frame, &l)));
+        c.surface += w * surface_of(&body, kind.is_fibre());
         for (j, (depth, _)) in depths.iter().enumerate() {
-            let shares = if contained {
-                let (from, to) = (depth * h_layer - h_layer + height, depth * h_layer - height);
-                if from >= to {
-                    (0.0, 0.0)
-                } else {
-                    let share = |h: f64| slice(to / h, &outer) - slice(from / h, &outer);
-                    (content * share(height), inner.map_or(0.0, |(v, h)| v * share(h)))
-                }
-            } else {
-                (content, hollow)
-            };
-            c.out[j] += w * shares.0;
-            c.wall[j] += w * (shares.0 - shares.1);
+            let shares = covered(kind, &body, h_layer, *depth, contained);
+            c.out[j] += w * content * shares.0;
+            c.wall[j] += w * (content * shares.0 - hollow * shares.1);
         }
     }
+    let scaled = |v: &mut f64| *v /= weight;
+    [&mut c.content, &mut c.solid, &mut c.surface].into_iter().for_each(scaled);
+    c.out.iter_mut().chain(&mut c.wall).for_each(scaled);
     c
 }
 
-fn sample_sizes(sizes: &Sizes, rng: &mut Stream) -> (HalfAxes, Option<HalfAxes>) {
-    match sizes {
-        Sizes::Fibre { width, flatness, wall } => {
-            let a = 0.5 * width.sample(rng);
-            let b = a * flatness.sample(rng);
-            (HalfAxes::fibre(a, b), wall.as_ref().and_then(|w| lumen_of(a, b, w.sample(rng))))
-        }
-        Sizes::Sphere(d) => {
-            let r = 0.5 * d.sample(rng);
-            (HalfAxes::new(r, r, r), None)
-        }
-        Sizes::Ellipsoid(axes) => {
-            let h = [0, 1, 2].map(|i| 0.5 * axes[i].sample(rng));
-            (HalfAxes::new(h[0], h[1], h[2]), None)
-        }
+/// Content of a body and of its lumen: per length for fibres.
+fn contents(body: &Body, fibre: bool) -> (f64, f64) {
+    let length = if fibre || body.ends.is_infinite() { 1.0 } else { 2.0 * body.ends };
+    (length * body.outer.content(), length * body.lumen.map_or(0.0, |l| l.content()))
+}
+
+/// Coverage at relative depth `depth` by such bodies (and their lumens) at unit density, over their
+/// content: 1 where bodies stand anywhere, less near the faces that they may not cut.
+fn covered(kind: &Kind, body: &Body, h_layer: f64, depth: f64, contained: bool) -> (f64, f64) {
+    let height = body.half_height();
+    // Centres may stand from `low` to `high`, measured down from the top.
+    let (low, high) = if contained { (height, h_layer - height) } else { (-height, h_layer + height) };
+    if low >= high {
+        return (0.0, 0.0);
     }
+    let z = depth * h_layer;
+    let part = |axes: &HalfAxes| match &kind.profile {
+        None if !contained => 1.0,
+        None => below(z - low, body, axes) - below(z - high, body, axes),
+        Some(profile) => {
+            // Slices of the body: the weight of each is the density where the centre would stand.
+            const SLICES: u32 = 24;
+            let edge = |i: u32| height * (2.0 * f64::from(i) / f64::from(SLICES) - 1.0);
+            (0..SLICES)
+                .map(|i| {
+                    let centre = z - 0.5 * (edge(i) + edge(i + 1));
+                    if contained && !(low..=high).contains(&centre) {
+                        return 0.0;
+                    }
+                    profile.at(centre / h_layer) * (below(edge(i + 1), body, axes) - below(edge(i), body, axes))
+                })
+                .sum()
+        }
+    };
+    (part(&body.outer), body.lumen.as_ref().map_or(0.0, part))
+}
+
+/// Share of a body (with these axes) that lies below height `z` over its centre, µm.
+fn below(z: f64, body: &Body, axes: &HalfAxes) -> f64 {
+    let across = half_height(&body.frame, axes, f64::INFINITY);
+    let axial = if body.ends.is_finite() { body.ends * body.frame.z.z.abs() } else { 0.0 };
+    let share = |z: f64| slice(if across > 0.0 { z / across } else { z.signum() }, axes);
+    if axial < 1e-9 * across {
+        return share(z);
+    }
+    static NODES: LazyLock<Vec<(f64, f64)>> = LazyLock::new(|| gauss_legendre(16, -1.0, 1.0));
+    NODES.iter().map(|(s, w)| 0.5 * w * share(z - axial * s)).sum()
 }
 
 /// Share of an ellipse's area (ellipsoid's volume) below relative height s: 0 at −1, 1 at 1.
@@ -158,9 +183,13 @@ fn slice(s: f64, axes: &HalfAxes) -> f64 {
     }
 }
 
-/// Outer surface of a body: perimeter of a section (per length) or area, by quadrature.
-fn surface_of(axes: &HalfAxes) -> f64 {
+/// Outer surface of a body: perimeter of a section (fibres, per length) or area.
+fn surface_of(body: &Body, fibre: bool) -> f64 {
+    let axes = &body.outer;
     let (a, b, c) = (axes.a, axes.b, axes.c);
+    if !fibre && c.is_infinite() {
+        return 2.0 * PI * a * (a + 2.0 * body.ends);
+    }
     if c.is_infinite() {
         // Gauss–Kummer series converges slowly for flat sections; Ramanujan's second formula errs by
         // less than 4e-4 there and by far less elsewhere, enough for a printed figure.

@@ -5,7 +5,8 @@
 //! π√(b²c²u_x² + a²c²u_y² + a²b²u_z²). The weight is imposed by exact rejection against a majorant,
 //! never by a table: candidates come at rate [`Kind::majorant`] per unit density.
 
-use super::section::{Body, HalfAxes};
+use super::profile::Profile;
+use super::section::{Body, HalfAxes, Left};
 use crate::law::{Azimuth, Roll, SizeLaw, Tilt};
 use crate::math::{DVec3, Frame, PI, TAU, fast};
 use crate::rng::Stream;
@@ -14,7 +15,7 @@ use crate::universe::{BodyId, MediumId, SurfaceId};
 /// Shape and size laws; full widths and diameters in µm, weighted by number (fibres: by length).
 #[derive(Clone, Debug)]
 pub enum Sizes {
-    /// Unbounded cylinder of elliptic section.
+    /// Cylinder of elliptic section, unbounded or with flat ends.
     Fibre {
         /// Major axis.
         width: SizeLaw,
@@ -22,11 +23,20 @@ pub enum Sizes {
         flatness: SizeLaw,
         /// Wall thickness; `None`: solid.
         wall: Option<SizeLaw>,
+        /// Length by number; `None`: unbounded. The ends are flat and the lumen is open there.
+        length: Option<SizeLaw>,
     },
     /// Ellipsoid with three full axes.
     Ellipsoid([SizeLaw; 3]),
     /// Sphere.
     Sphere(SizeLaw),
+    /// Round disc: a flake.
+    Disc {
+        /// Diameter.
+        diameter: SizeLaw,
+        /// Height.
+        thickness: SizeLaw,
+    },
 }
 
 /// A population of bodies.
@@ -38,6 +48,8 @@ pub struct Kind {
     met: Met,
     /// Majorant of the projected area (length for fibres) of one body, averaged over sizes, µm² (µm).
     pub majorant: f64,
+    /// Relative density over depth, judged at the body's centroid; `None`: uniform.
+    pub profile: Option<Profile>,
     /// In-plane azimuth of the axis.
     pub azimuth: Azimuth,
     /// Tilt of the axis out of the plane.
@@ -56,9 +68,22 @@ pub struct Kind {
 
 #[derive(Clone, Debug)]
 enum Met {
-    Fibre { width: SizeLaw },
+    /// `ends`: share of the majorant that belongs to the flat ends, with the law of the width there.
+    Fibre { width: SizeLaw, ends: Option<Ends> },
+    Disc { diameter: SizeLaw, thickness: SizeLaw, broad: SizeLaw, side: f64 },
     Ellipsoid { share: [f64; 3], tilted: [SizeLaw; 3] },
     Sphere { diameter: SizeLaw },
+}
+
+/// How the flat ends of finite fibres are met.
+#[derive(Clone, Debug)]
+struct Ends {
+    /// Majorant of the sides over that of the whole.
+    side: f64,
+    /// Length of a fibre met at its side.
+    long: SizeLaw,
+    /// Width and flatness of a fibre met at its end.
+    broad: (SizeLaw, SizeLaw),
 }
 
 /// A body met by a ray, in its own frame: the entry point and the outward normal there.
@@ -68,6 +93,8 @@ pub struct Encounter {
     pub body: Body,
     /// Outward unit normal at the entry point, world coordinates.
     pub outward: DVec3,
+    /// Surface that holds the entry point.
+    pub surface: Left,
 }
 
 impl Kind {
@@ -84,7 +111,30 @@ impl Kind {
         body: BodyId,
     ) -> Self {
         let (met, majorant) = match &sizes {
-            Sizes::Fibre { width, .. } => (Met::Fibre { width: width.tilted(1.0) }, width.mean()),
+            Sizes::Fibre { width, length: None, .. } => {
+                (Met::Fibre { width: width.tilted(1.0), ends: None }, width.mean())
+            }
+            Sizes::Fibre { width, flatness, length: Some(length), .. } => {
+                let ends = PI / 4.0 * width.moment(2.0) * flatness.mean() / length.mean();
+                let majorant = width.mean() + ends;
+                let ends = Ends {
+                    side: width.mean() / majorant,
+                    long: length.tilted(1.0),
+                    broad: (width.tilted(2.0), flatness.tilted(1.0)),
+                };
+                (Met::Fibre { width: width.tilted(1.0), ends: Some(ends) }, majorant)
+            }
+            Sizes::Disc { diameter, thickness } => {
+                let side = diameter.mean() * thickness.mean();
+                let majorant = side + PI / 4.0 * diameter.moment(2.0);
+                let met = Met::Disc {
+                    diameter: diameter.tilted(1.0),
+                    thickness: thickness.tilted(1.0),
+                    broad: diameter.tilted(2.0),
+                    side: side / majorant,
+                };
+                (met, majorant)
+            }
             Sizes::Sphere(d) => (Met::Sphere { diameter: d.tilted(2.0) }, PI / 4.0 * d.moment(2.0)),
             Sizes::Ellipsoid(axes) => {
                 let m = [axes[0].mean(), axes[1].mean(), axes[2].mean()];
@@ -99,7 +149,7 @@ impl Kind {
                 )
             }
         };
-        Kind { sizes, met, majorant, azimuth, tilt, roll, wall, lumen, surface, body }
+        Kind { sizes, met, majorant, profile: None, azimuth, tilt, roll, wall, lumen, surface, body }
     }
 
     /// The laws of size.
@@ -130,56 +180,110 @@ impl Kind {
     pub fn candidate(&self, dir: DVec3, at: DVec3, kind: u16, rng: &mut Stream) -> Option<Encounter> {
         let frame = self.orientation(rng);
         let d = frame.to_local(dir);
-        let (outer, lumen, local) = match (&self.met, &self.sizes) {
-            (Met::Fibre { width }, Sizes::Fibre { flatness, wall, .. }) => {
+        let hit = match (&self.met, &self.sizes) {
+            (Met::Fibre { width, ends: None }, Sizes::Fibre { flatness, wall, .. }) => {
                 fibre_met(width, flatness, wall.as_ref(), d, rng)?
+            }
+            (Met::Fibre { width, ends: Some(ends) }, Sizes::Fibre { flatness, wall, length, .. }) => {
+                if rng.uniform() < ends.side {
+                    let half = 0.5 * ends.long.sample(rng);
+                    fibre_met(width, flatness, wall.as_ref(), d, rng)?.along(half, rng)
+                } else {
+                    let half = 0.5 * length.as_ref().map_or(f64::INFINITY, |l| l.sample(rng));
+                    end_met(&ends.broad, wall.as_ref(), half, d, rng)?
+                }
+            }
+            (Met::Disc { diameter, thickness, broad, side }, Sizes::Disc { thickness: plain, .. }) => {
+                if rng.uniform() < *side {
+                    let half = 0.5 * thickness.sample(rng);
+                    fibre_met(diameter, &SizeLaw::Constant(1.0), None, d, rng)?.along(half, rng)
+                } else {
+                    let half = 0.5 * plain.sample(rng);
+                    end_met(&(broad.clone(), SizeLaw::Constant(1.0)), None, half, d, rng)?
+                }
             }
             (Met::Sphere { diameter }, _) => {
                 let r = 0.5 * diameter.sample(rng);
-                (HalfAxes::new(r, r, r), None, ball_entry(d, rng) * r)
+                Hit::rounded(HalfAxes::new(r, r, r), ball_entry(d, rng) * r)
             }
             (Met::Ellipsoid { share, tilted }, Sizes::Ellipsoid(axes)) => {
                 ellipsoid_met(axes, tilted, share, d, rng)?
             }
             _ => unreachable!("met and sizes are made together"),
         };
-        Some(Encounter {
-            body: Body { frame, centre: at - frame.to_world(local), outer, lumen, kind },
-            outward: frame.to_world(outer.normal(local)),
-        })
+        let Hit { outer, lumen, ends, local, surface } = hit;
+        let outward = match surface {
+            Left::Cap => frame.z * 1.0_f64.copysign(local.z),
+            _ => frame.to_world(outer.normal(local)),
+        };
+        let centre = at - frame.to_world(local);
+        Some(Encounter { body: Body { frame, centre, outer, lumen, ends, kind }, outward, surface })
+    }
+
+    /// One body by number (fibres: by length), without a place: its frame and shape about the origin.
+    pub fn draw(&self, rng: &mut Stream) -> Body {
+        let frame = self.orientation(rng);
+        let (outer, lumen, ends) = match &self.sizes {
+            Sizes::Fibre { width, flatness, wall, length } => {
+                let a = 0.5 * width.sample(rng);
+                let b = a * flatness.sample(rng);
+                let lumen = wall.as_ref().and_then(|w| lumen_of(a, b, w.sample(rng)));
+                let ends = length.as_ref().map_or(f64::INFINITY, |l| 0.5 * l.sample(rng));
+                (HalfAxes::fibre(a, b), lumen, ends)
+            }
+            Sizes::Sphere(d) => {
+                let r = 0.5 * d.sample(rng);
+                (HalfAxes::new(r, r, r), None, f64::INFINITY)
+            }
+            Sizes::Ellipsoid(axes) => {
+                let h = [0, 1, 2].map(|i| 0.5 * axes[i].sample(rng));
+                (HalfAxes::new(h[0], h[1], h[2]), None, f64::INFINITY)
+            }
+            Sizes::Disc { diameter, thickness } => {
+                let r = 0.5 * diameter.sample(rng);
+                (HalfAxes::fibre(r, r), None, 0.5 * thickness.sample(rng))
+            }
+        };
+        Body { frame, centre: DVec3::ZERO, outer, lumen, ends, kind: 0 }
     }
 
     /// A body that covers the point `at`, drawn by volume: sizes weighted by content, orientation
     /// unweighted, the point uniform inside.
     pub fn covering(&self, at: DVec3, kind: u16, rng: &mut Stream) -> Body {
         let frame = self.orientation(rng);
-        let (outer, lumen) = match &self.sizes {
-            Sizes::Fibre { width, flatness, wall } => {
+        let (outer, lumen, ends) = match &self.sizes {
+            Sizes::Fibre { width, flatness, wall, length } => {
                 let a = 0.5 * width.tilted(2.0).sample(rng);
                 let b = a * flatness.tilted(1.0).sample(rng);
                 let lumen = wall.as_ref().and_then(|w| lumen_of(a, b, w.sample(rng)));
-                (HalfAxes::fibre(a, b), lumen)
+                let ends = length.as_ref().map_or(f64::INFINITY, |l| 0.5 * l.tilted(1.0).sample(rng));
+                (HalfAxes::fibre(a, b), lumen, ends)
             }
             Sizes::Sphere(d) => {
                 let r = 0.5 * d.tilted(3.0).sample(rng);
-                (HalfAxes::new(r, r, r), None)
+                (HalfAxes::new(r, r, r), None, f64::INFINITY)
             }
             Sizes::Ellipsoid(axes) => {
                 let h = [0, 1, 2].map(|i| 0.5 * axes[i].tilted(1.0).sample(rng));
-                (HalfAxes::new(h[0], h[1], h[2]), None)
+                (HalfAxes::new(h[0], h[1], h[2]), None, f64::INFINITY)
+            }
+            Sizes::Disc { diameter, thickness } => {
+                let r = 0.5 * diameter.tilted(2.0).sample(rng);
+                (HalfAxes::fibre(r, r), None, 0.5 * thickness.tilted(1.0).sample(rng))
             }
         };
         let (cos, sin) = rng.azimuth();
         let local = if outer.c.is_infinite() {
             let r = rng.uniform().sqrt();
-            DVec3::new(outer.a * r * cos, outer.b * r * sin, 0.0)
+            let z = if ends.is_finite() { ends * (2.0 * rng.uniform() - 1.0) } else { 0.0 };
+            DVec3::new(outer.a * r * cos, outer.b * r * sin, z)
         } else {
             let r = crate::math::cbrt(rng.uniform());
             let z = 2.0 * rng.uniform() - 1.0;
             let s = (1.0 - z * z).sqrt();
             DVec3::new(outer.a * s * cos, outer.b * s * sin, outer.c * z) * r
         };
-        Body { frame, centre: at - frame.to_world(local), outer, lumen, kind }
+        Body { frame, centre: at - frame.to_world(local), outer, lumen, ends, kind }
     }
 }
 
@@ -211,8 +315,51 @@ pub fn lumen_of(a: f64, b: f64, t: f64) -> Option<HalfAxes> {
     (t < a && t < b).then(|| HalfAxes::fibre(a - t, b - t))
 }
 
-/// A body met: outer and lumen half axes, entry point in its own frame.
-type Hit = (HalfAxes, Option<HalfAxes>, DVec3);
+/// A body met: outer and lumen half axes, half length, entry point in its own frame and its surface.
+struct Hit {
+    outer: HalfAxes,
+    lumen: Option<HalfAxes>,
+    ends: f64,
+    local: DVec3,
+    surface: Left,
+}
+
+impl Hit {
+    /// Without ends.
+    #[inline]
+    fn rounded(outer: HalfAxes, local: DVec3) -> Self {
+        Hit { outer, lumen: None, ends: f64::INFINITY, local, surface: Left::Outer }
+    }
+
+    /// The same fibre with flat ends: the entry point is anywhere along it.
+    #[inline]
+    fn along(self, half: f64, rng: &mut Stream) -> Self {
+        let z = half * (2.0 * rng.uniform() - 1.0);
+        Hit { ends: half, local: DVec3 { z, ..self.local }, ..self }
+    }
+}
+
+/// A fibre or disc that a ray along `d` (local) meets at the flat end that faces it: met in proportion
+/// to |cos γ|, the point uniform over the end.
+#[inline]
+fn end_met(
+    broad: &(SizeLaw, SizeLaw),
+    wall: Option<&SizeLaw>,
+    half: f64,
+    d: DVec3,
+    rng: &mut Stream,
+) -> Option<Hit> {
+    if rng.uniform() >= d.z.abs() {
+        return None;
+    }
+    let a = 0.5 * broad.0.sample(rng);
+    let b = a * broad.1.sample(rng);
+    let lumen = wall.and_then(|w| lumen_of(a, b, w.sample(rng)));
+    let r = rng.uniform().sqrt();
+    let (cos, sin) = rng.azimuth();
+    let local = DVec3::new(a * r * cos, b * r * sin, -half.copysign(d.z));
+    Some(Hit { outer: HalfAxes::fibre(a, b), lumen, ends: half, local, surface: Left::Cap })
+}
 
 /// A fibre that a ray along `d` (local) meets.
 ///
@@ -241,7 +388,8 @@ fn fibre_met(
     let a = 0.5 * width.sample(rng);
     let b = a * flat;
     let lumen = wall.and_then(|w| lumen_of(a, b, w.sample(rng)));
-    Some((HalfAxes::fibre(a, b), lumen, section_entry(a, b, ex, ey, offset / half_width)))
+    let local = section_entry(a, b, ex, ey, offset / half_width);
+    Some(Hit { lumen, ..Hit::rounded(HalfAxes::fibre(a, b), local) })
 }
 
 /// An ellipsoid that a ray along `d` (local) meets; `plain` of its axes, drawn with probability
@@ -274,7 +422,7 @@ fn ellipsoid_met(
     // The ball's disc maps affinely to the ellipsoid's shadow: uniform stays uniform.
     let scaled = DVec3::new(d.x / a, d.y / b, d.z / c).normalize();
     let e = ball_entry(scaled, rng);
-    Some((HalfAxes::new(a, b, c), None, DVec3::new(a * e.x, b * e.y, c * e.z)))
+    Some(Hit::rounded(HalfAxes::new(a, b, c), DVec3::new(a * e.x, b * e.y, c * e.z)))
 }
 
 /// Entry point of a line along (ex, ey) into the ellipse, at `offset` in (−1, 1) of its half shadow.

@@ -13,6 +13,8 @@
 pub mod amount;
 pub mod grace;
 pub mod kind;
+pub mod lazy;
+pub mod profile;
 pub mod section;
 
 use super::sheet::{Slab, plane_ahead};
@@ -43,12 +45,57 @@ pub struct Population {
     pub kinds: Vec<Kind>,
     /// Density ν of each kind that counts for the rate, per pore volume: 1/µm² (fibres) or 1/µm³.
     pub density: Vec<f64>,
+    /// Mean content of a body of each kind, per unit of `density`.
+    pub content: Vec<f64>,
     /// Body share of each kind.
     pub share: Vec<f64>,
     /// Share of each kind's body that is solid.
     pub solid: Vec<f64>,
     /// Free paths by law instead of by density.
     pub grace: Option<Grace>,
+}
+
+impl Population {
+    /// A layer without bodies.
+    pub fn plain(slab: Slab) -> Self {
+        Population {
+            slab,
+            kinds: vec![],
+            density: vec![],
+            content: vec![],
+            share: vec![],
+            solid: vec![],
+            grace: None,
+        }
+    }
+
+    /// Majorant rates of the kinds, 1/µm, summed up.
+    fn rates(&self) -> Vec<f64> {
+        let mut sum = 0.0;
+        self.kinds
+            .iter()
+            .zip(&self.density)
+            .map(|(k, nu)| {
+                sum += k.majorant * k.profile.as_ref().map_or(1.0, |p| p.most()) * nu;
+                sum
+            })
+            .collect()
+    }
+
+    /// Whether a body may stand where it is: within the planes if it has to, and by its profile.
+    #[inline]
+    fn stands(&self, contained: bool, kind: &Kind, body: &Body, rng: &mut Stream) -> bool {
+        let slab = &self.slab;
+        if contained {
+            let h = body.half_height();
+            if body.centre.z - h < slab.bottom || body.centre.z + h > slab.top {
+                return false;
+            }
+        }
+        let Some(profile) = &kind.profile else { return true };
+        let depth = (slab.top - body.centre.z) / (slab.top - slab.bottom);
+        rng.uniform() * profile.most() < profile.at(depth)
+    }
 }
 
 /// A statistical sheet; layers from top to bottom.
@@ -93,20 +140,7 @@ pub struct Rules {
 impl StatisticalUniverse {
     /// A sheet from its layers.
     pub fn new(layers: Vec<Population>, rules: Rules) -> Self {
-        let rates = layers
-            .iter()
-            .map(|l| {
-                let mut sum = 0.0;
-                l.kinds
-                    .iter()
-                    .zip(&l.density)
-                    .map(|(k, nu)| {
-                        sum += k.majorant * nu;
-                        sum
-                    })
-                    .collect()
-            })
-            .collect();
+        let rates = layers.iter().map(Population::rates).collect();
         let open = |layer: Option<&Population>, surface: SurfaceId| {
             layer.is_some_and(|l| l.slab.pore == rules.outside && surface == SurfaceId::SMOOTH)
         };
@@ -180,14 +214,16 @@ impl StatisticalUniverse {
         if matches!(place.pending, Pending::Unexplored) {
             place.pending = self.explore(layer, ray, place, limit.min(to_plane), rng);
         }
-        if let (Pending::Meet { distance, outward }, Some(body)) = (place.pending, &place.body) {
+        if let (Pending::Meet { distance, outward, surface }, Some(body)) = (place.pending, &place.body) {
             let kind = &self.layers[layer].kinds[usize::from(body.kind)];
+            // The lumen is open at the ends.
+            let open = surface == Left::Cap && body.part_at(ray.at(distance)) == Part::Lumen;
             return Next::Interface(Interface {
                 distance,
                 normal: outward,
                 facet: outward,
                 axis: body.frame.z,
-                beyond: kind.wall,
+                beyond: if open { kind.lumen } else { kind.wall },
                 surface: kind.surface,
                 body: kind.body,
             });
@@ -204,7 +240,7 @@ impl StatisticalUniverse {
             return match grace.explore(population, ray, from, reach, rng) {
                 Some((distance, met)) => {
                     place.body = Some(met.body);
-                    Pending::Meet { distance, outward: met.outward }
+                    Pending::Meet { distance, outward: met.outward, surface: met.surface }
                 }
                 None => Pending::Nothing,
             };
@@ -219,20 +255,14 @@ impl StatisticalUniverse {
             }
             let index = pick(rates, total, rng);
             let at = ray.at(distance);
-            if let Some(met) = population.kinds[index].candidate(ray.dir, at, index as u16, rng)
-                && (!self.contained || self.has_room(layer, &met.body))
+            let kind = &population.kinds[index];
+            if let Some(met) = kind.candidate(ray.dir, at, index as u16, rng)
+                && population.stands(self.contained, kind, &met.body, rng)
             {
                 place.body = Some(met.body);
-                return Pending::Meet { distance, outward: met.outward };
+                return Pending::Meet { distance, outward: met.outward, surface: met.surface };
             }
         }
-    }
-
-    /// Whether a body of a `contained` sheet may stand where it is.
-    fn has_room(&self, layer: usize, body: &Body) -> bool {
-        let slab = &self.layers[layer].slab;
-        let h = body.half_height();
-        body.centre.z - h >= slab.bottom && body.centre.z + h <= slab.top
     }
 
     /// Inside a body known by its shape.
@@ -413,6 +443,8 @@ pub enum Pending {
         distance: f64,
         /// Outward normal where the ray enters.
         outward: DVec3,
+        /// Side or end.
+        surface: Left,
     },
     /// A surface of the body that the ray is in.
     Leave(Left),
@@ -510,13 +542,16 @@ impl Universe for StatisticalUniverse {
     fn crossed(&self, ray: &mut Ray, place: &mut Place, _: &mut (), _: &Interface) {
         let pending = std::mem::replace(&mut place.pending, Pending::Unexplored);
         place.state = match (place.state, pending) {
-            (State::Pore { .. }, Pending::Meet { .. }) => {
+            (State::Pore { .. }, Pending::Meet { surface, .. }) => {
                 place.entered = ray.origin;
                 match &place.body {
                     Some(body) if self.rung == Rung::Markov => {
                         State::Markov { kind: body.kind, part: Part::Wall }
                     }
-                    _ => State::Body { part: Part::Wall, left: Left::Outer },
+                    Some(body) if surface == Left::Cap => {
+                        State::Body { part: body.part_at(ray.origin), left: surface }
+                    }
+                    _ => State::Body { part: Part::Wall, left: surface },
                 }
             }
             (State::Body { part, .. }, Pending::Leave(Left::Lumen)) => {

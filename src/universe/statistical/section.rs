@@ -44,6 +44,16 @@ impl HalfAxes {
         ball_roots(dd, od, closest.length_squared())
     }
 
+    /// Both crossings of the line, −∞ and ∞ for a line along the axis inside an unbounded cylinder.
+    #[inline]
+    pub fn stretch(&self, o: DVec3, d: DVec3) -> Option<(f64, f64)> {
+        if self.c.is_infinite() && d.x * d.x + d.y * d.y < 1e-28 {
+            let p = o * self.inverse;
+            return (p.length_squared() < 1.0).then_some((f64::NEG_INFINITY, f64::INFINITY));
+        }
+        self.crossings(o, d)
+    }
+
     /// Outward unit normal at a surface point (local coordinates).
     #[inline]
     pub fn normal(&self, p: DVec3) -> DVec3 {
@@ -51,7 +61,7 @@ impl HalfAxes {
         (p * inv * inv).normalize()
     }
 
-    /// Area (per fibre length π a b) or volume (4π abc/3).
+    /// Area of the section (cylinders: per length π a b) or volume (4π abc/3).
     #[inline]
     pub fn content(&self) -> f64 {
         use crate::math::PI;
@@ -77,6 +87,8 @@ pub enum Left {
     Outer,
     /// The lumen's surface.
     Lumen,
+    /// A flat end of a cut fibre.
+    Cap,
 }
 
 /// A body in space.
@@ -90,6 +102,8 @@ pub struct Body {
     pub outer: HalfAxes,
     /// Half axes of the lumen; `None` for a solid or fully collapsed body.
     pub lumen: Option<HalfAxes>,
+    /// Half length between flat ends (finite fibres, discs); infinite: no ends.
+    pub ends: f64,
     /// Kind in its layer.
     pub kind: u16,
 }
@@ -105,6 +119,53 @@ pub struct Crossing {
     pub surface: Left,
 }
 
+/// Where a line is in a body: the whole body and its lumen, each from an entry to an exit.
+#[derive(Clone, Copy, Debug)]
+pub struct Spans {
+    /// The whole body.
+    pub outer: Span,
+    /// The hollow.
+    pub lumen: Option<Span>,
+}
+
+/// A stretch of a line between two surfaces; −∞ where the ray is known to be inside already.
+#[derive(Clone, Copy, Debug)]
+pub struct Span {
+    /// Distance of the entry.
+    pub from: f64,
+    /// Distance of the exit.
+    pub to: f64,
+    /// Surface of the entry.
+    pub first: Left,
+    /// Surface of the exit.
+    pub last: Left,
+}
+
+/// Outward normal of the end on the side of `along`.
+#[inline]
+fn end_normal(axis: DVec3, along: f64) -> DVec3 {
+    if along < 0.0 { -axis } else { axis }
+}
+
+/// Cuts a stretch at flat ends.
+#[inline]
+fn cut(s: &mut Span, from: f64, to: f64) {
+    if from > s.from {
+        (s.from, s.first) = (from, Left::Cap);
+    }
+    if to < s.to {
+        (s.to, s.last) = (to, Left::Cap);
+    }
+}
+
+impl Span {
+    /// Whether the stretch holds the point just behind distance `t`.
+    #[inline]
+    pub fn holds(&self, t: f64) -> bool {
+        self.from <= t && t < self.to
+    }
+}
+
 impl Body {
     /// The next surface that a ray inside the body meets; `None` only for a ray along the axis of an
     /// unbounded fibre. Convexity tells which roots can count: in the lumen the far root of the
@@ -114,13 +175,18 @@ impl Body {
     pub fn leave(&self, origin: DVec3, dir: DVec3, part: Part, left: Left) -> Option<Crossing> {
         let o = self.frame.to_local(origin - self.centre);
         let d = self.frame.to_local(dir);
+        let end = if self.ends.is_finite() { self.end_ahead(o, d) } else { f64::INFINITY };
         let hit = |axes: &HalfAxes, t: f64, surface: Left| {
+            if end < t {
+                let outward = end_normal(self.frame.z, d.z);
+                return Crossing { t: end.max(0.0), outward, surface: Left::Cap };
+            }
             let t = t.max(0.0);
             Crossing { t, outward: self.frame.to_world(axes.normal(o + d * t)), surface }
         };
         match (part, &self.lumen) {
             (Part::Lumen, Some(lumen)) => {
-                let (_, far) = lumen.crossings(o, d).unwrap_or((0.0, 0.0));
+                let far = lumen.crossings(o, d).map_or(if end.is_finite() { end } else { 0.0 }, |c| c.1);
                 Some(hit(lumen, far, Left::Lumen))
             }
             (_, lumen) => {
@@ -138,15 +204,96 @@ impl Body {
                     None if d.x * d.x + d.y * d.y > 1e-280 || self.outer.c.is_finite() => {
                         Some(hit(&self.outer, 0.0, Left::Outer))
                     }
+                    None if end.is_finite() => Some(hit(&self.outer, f64::INFINITY, Left::Cap)),
                     None => None,
                 }
             }
         }
     }
 
+    /// Distance to the flat end ahead (local coordinates); infinite across the axis.
+    #[inline]
+    fn end_ahead(&self, o: DVec3, d: DVec3) -> f64 {
+        if d.z == 0.0 { f64::INFINITY } else { (self.ends.copysign(d.z) - o.z) / d.z }
+    }
+
+    /// Where the line of a ray is in the body, or `None` if it is nowhere ahead of it.
+    ///
+    /// `left`: the surface of this body that the ray stands on, and whether it is inside that surface;
+    /// its root at the ray's origin is removed by convexity, never by distance.
+    #[inline]
+    pub fn spans(&self, origin: DVec3, dir: DVec3, left: Option<(Left, bool)>) -> Option<Spans> {
+        let inside = match left {
+            Some((Left::Outer | Left::Cap, false)) => return None,
+            Some(_) => true,
+            None => false,
+        };
+        let o = self.frame.to_local(origin - self.centre);
+        let d = self.frame.to_local(dir);
+        let mut outer = match self.outer.stretch(o, d) {
+            Some((from, to)) => Span { from, to, first: Left::Outer, last: Left::Outer },
+            // A grazing ray that rounding puts outside leaves where it stands.
+            None if inside => Span { from: 0.0, to: 0.0, first: Left::Outer, last: Left::Outer },
+            None => return None,
+        };
+        let ends = if self.ends.is_finite() {
+            let (from, to) = self.between_ends(o, d)?;
+            cut(&mut outer, from, to);
+            Some((from, to))
+        } else {
+            None
+        };
+        if inside {
+            outer.from = f64::NEG_INFINITY;
+            outer.to = outer.to.max(0.0);
+        }
+        let lumen = match (&self.lumen, left) {
+            (None, _) | (_, Some((Left::Lumen, false))) => None,
+            (Some(l), _) => {
+                let within = matches!(left, Some((Left::Lumen, true)));
+                let found = l.stretch(o, d).or(within.then_some((0.0, 0.0)));
+                found.map(|(from, to)| {
+                    let mut s = Span { from, to, first: Left::Lumen, last: Left::Lumen };
+                    if let Some((from, to)) = ends {
+                        // Standing on an end: the opening begins here.
+                        let from = if inside { f64::NEG_INFINITY } else { from };
+                        cut(&mut s, from, to);
+                    }
+                    if within {
+                        s.from = f64::NEG_INFINITY;
+                        s.to = s.to.max(0.0);
+                    }
+                    s
+                })
+            }
+        };
+        (outer.to > outer.from).then_some(Spans { outer, lumen: lumen.filter(|l| l.to > l.from) })
+    }
+
+    /// Distances between which the line is between the flat ends.
+    #[inline]
+    fn between_ends(&self, o: DVec3, d: DVec3) -> Option<(f64, f64)> {
+        if d.z == 0.0 {
+            return (o.z.abs() < self.ends).then_some((f64::NEG_INFINITY, f64::INFINITY));
+        }
+        let far = self.ends.copysign(d.z);
+        Some(((-far - o.z) / d.z, (far - o.z) / d.z))
+    }
+
+    /// Outward unit normal of a surface at a point (world), world coordinates.
+    #[inline]
+    pub fn outward(&self, surface: Left, point: DVec3) -> DVec3 {
+        let p = self.frame.to_local(point - self.centre);
+        match (surface, &self.lumen) {
+            (Left::Cap, _) => end_normal(self.frame.z, p.z),
+            (Left::Lumen, Some(l)) => self.frame.to_world(l.normal(p)),
+            _ => self.frame.to_world(self.outer.normal(p)),
+        }
+    }
+
     /// Half of the body's extent along z.
     pub fn half_height(&self) -> f64 {
-        half_height(&self.frame, &self.outer)
+        half_height(&self.frame, &self.outer, self.ends)
     }
 
     /// Whether a point (world) lies in the wall or the lumen; the point is known to be in the body.
@@ -159,12 +306,13 @@ impl Body {
     }
 }
 
-/// Half extent along world z of a body with these axes; the axial term of an unbounded in-plane
-/// fibre is left out.
-pub fn half_height(frame: &Frame, axes: &HalfAxes) -> f64 {
+/// Half extent along world z of a body with these axes and flat ends; the axial term of an unbounded
+/// in-plane fibre is left out.
+pub fn half_height(frame: &Frame, axes: &HalfAxes, ends: f64) -> f64 {
     let mut h2 = (axes.a * frame.x.z).powi(2) + (axes.b * frame.y.z).powi(2);
     if axes.c.is_finite() {
         h2 += (axes.c * frame.z.z).powi(2);
     }
-    h2.sqrt()
+    let axial = if ends.is_finite() { ends * frame.z.z.abs() } else { 0.0 };
+    h2.sqrt() + axial
 }
