@@ -121,6 +121,18 @@ impl Walk {
         (lattice.wall(axis, number) - ray.origin[axis]) * self.inverse[axis]
     }
 
+    /// Moves a first cell that rounding has put just outside the box into it.
+    #[inline]
+    pub fn keep_within(&mut self, lattice: &Lattice, ray: &Ray, axis: usize, first: i32, last: i32) {
+        let inside = self.cell[axis].clamp(first, last);
+        if inside != self.cell[axis] {
+            self.cell[axis] = inside;
+            if self.step[axis] != 0 {
+                self.ahead[axis] = self.distance(lattice, ray, axis);
+            }
+        }
+    }
+
     /// Where the ray leaves the present cell.
     #[inline]
     pub fn end(&self) -> f64 {
@@ -267,17 +279,12 @@ impl Grid {
             }
         }
         let mut walk = Walk::new(&self.lattice, ray, from);
-        // Rounding may leave the first cell just outside the box that the ray comes into.
-        for axis in if self.periodic { 2..3 } else { 0..3 } {
-            let inside = walk.cell[axis].clamp(0, self.n[axis] - 1);
-            if from <= to && inside != walk.cell[axis] {
-                walk.cell[axis] = inside;
-                if walk.step[axis] != 0 {
-                    walk.ahead[axis] = walk.distance(&self.lattice, ray, axis);
-                }
+        walk.over = from > to;
+        if !walk.over {
+            for axis in if self.periodic { 2..3 } else { 0..3 } {
+                walk.keep_within(&self.lattice, ray, axis, 0, self.n[axis] - 1);
             }
         }
-        walk.over = from > to;
         walk
     }
 

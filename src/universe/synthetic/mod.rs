@@ -18,10 +18,12 @@
 //! (z_plane − z)/u_z as written; another implementation with the same expression gets the same bits.
 
 mod bvh;
+pub mod drum;
 mod flight;
 mod grid;
 mod index;
 mod place;
+pub mod realise;
 mod region;
 
 pub use index::Search;
