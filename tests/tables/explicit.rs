@@ -251,16 +251,16 @@ fn explicit_sheets() {
     passes("statistical_universe, EXPLICIT", &sheets(SHORT, true));
 }
 
-/// The tolerance bites: radius + 2 %, index + 0.02.
+/// The tolerance bites: radius + 8 %, index + 0.06 (the difference to see is 5 standard errors).
 #[test]
 fn explicit_sheets_notice() {
-    for (shift, least) in [(Shift { radius: 1.02, ..HASTY }, 24), (Shift { index: 0.02, ..HASTY }, 24)] {
+    for (shift, least) in [(Shift { radius: 1.08, ..HASTY }, 40), (Shift { index: 0.06, ..HASTY }, 20)] {
         let v = hollow(shift, false);
         println!("radius × {}, index + {}: {} of {} figures fail", shift.radius, shift.index, v.failed, v.checked);
         assert!(v.failed >= least);
     }
-    let v = sheets(Shift { radius: 1.02, ..HASTY }, false);
-    println!("sheets, radius × 1.02: {} of {} figures fail", v.failed, v.checked);
+    let v = sheets(Shift { radius: 1.08, ..HASTY }, false);
+    println!("sheets, radius × 1.08: {} of {} figures fail", v.failed, v.checked);
     assert!(v.failed >= 6);
 }
 
@@ -307,7 +307,7 @@ fn spheres(seed: u64, scale: f64) -> Vec<Part> {
 }
 
 /// Mean and standard error of R and T of a beam of .2 × .2 on the middle of the box.
-fn beam(u: &SyntheticUniverse, scale: f64, histories: u64) -> [(f64, f64); 3] {
+fn beam(u: &SyntheticUniverse, scale: f64, seed: u64, histories: u64) -> [(f64, f64); 3] {
     let light = light(Medium::<1>::clear(1.5), None);
     let world = world(u, &light, 0.5 * scale);
     let layout = layout(2);
@@ -317,7 +317,7 @@ fn beam(u: &SyntheticUniverse, scale: f64, histories: u64) -> [(f64, f64); 3] {
         .map(|chunk| {
             let (mut h, mut tally) = (History::default(), Tally::<1>::new(&layout));
             for number in chunk * CHUNK..((chunk + 1) * CHUNK).min(histories) {
-                let mut rng = Stream::of(5, 0, number, Purpose::Transport);
+                let mut rng = Stream::of(5, seed, number, Purpose::Transport);
                 let origin = DVec3::new(0.4 + 0.2 * rng.uniform(), 0.4 + 0.2 * rng.uniform(), 0.5) * scale;
                 trace(&world, Ray { origin, dir: -DVec3::Z }, &mut h, &mut tally, &mut rng);
                 tally.end_history(&h.ledger, h.events);
@@ -336,32 +336,46 @@ fn beam(u: &SyntheticUniverse, scale: f64, histories: u64) -> [(f64, f64); 3] {
     })
 }
 
+fn box_of(seed: u64, scale: f64) -> SyntheticUniverse {
+    SyntheticUniverse::new(AIR, spheres(seed, scale)).unwrap()
+}
+
+/// R of several packings, with R + T = 1, against .6334(4).
+fn reflectance_of_spheres(packings: u64, histories: u64) {
+    let mut between = Moments::default();
+    for seed in 0..packings {
+        let u = box_of(seed, 1.0);
+        let begun = std::time::Instant::now();
+        let [r, t, interfaces] = beam(&u, 1.0, seed, histories);
+        assert!((r.0 + t.0 - 1.0).abs() < 1e-12);
+        between.add(r.0);
+        let rate = 1e-6 * interfaces.0 * histories as f64 / begun.elapsed().as_secs_f64();
+        println!("R {:.5}({:.5}), {:.1} interfaces, {rate:.2} M/s; {}", r.0, r.1, interfaces.0, u.describe_search());
+    }
+    let r = between.mean();
+    let se = (r * (1.0 - r) / (packings * histories) as f64).sqrt();
+    let z = (r - 0.6334) / se.hypot(0.0004);
+    println!("R {r:.5}({se:.5}), between packings {:.5}, z {z:+.2}", between.standard_error());
+    assert!(z.abs() < 3.0);
+}
+
+#[test]
+#[ignore = "minutes"]
+fn spheres_in_a_box_in_full() {
+    reflectance_of_spheres(10, 200_000);
+}
+
 /// R .6334(4) and R + T = 1; the same bits at other scales.
 #[test]
 fn twenty_thousand_spheres_in_a_box() {
-    let universe = |seed, scale| SyntheticUniverse::new(AIR, spheres(seed, scale)).unwrap();
-    let begun = std::time::Instant::now();
-    let mut between = Moments::default();
-    let mut events = 0.0;
-    for seed in 0..4 {
-        let u = universe(seed, 1.0);
-        let [r, t, interfaces] = beam(&u, 1.0, 50_000);
-        assert!((r.0 + t.0 - 1.0).abs() < 1e-12);
-        between.add(r.0);
-        events += interfaces.0 * 50_000.0;
-        println!("R {:.5}({:.5}), {:.1} interfaces; {}", r.0, r.1, interfaces.0, u.describe_search());
-    }
-    let se = (between.mean() * (1.0 - between.mean()) / 2e5).sqrt();
-    println!("R {:.5}({se:.5}), {:.2} M interfaces/s", between.mean(), 1e-6 * events / begun.elapsed().as_secs_f64());
-    assert!((between.mean() - 0.6334).abs() < 3.0 * (se * se + 0.0004_f64.powi(2)).sqrt());
-    let one = beam(&universe(0, 1.0), 1.0, 4096);
+    reflectance_of_spheres(4, 50_000);
+    let one = beam(&box_of(0, 1.0), 1.0, 0, 20_000);
     for power in [-20, 20] {
         let scale = f64::powi(2.0, power);
-        assert!(beam(&universe(0, scale), scale, 4096) == one, "scale 2^{power}");
+        assert!(beam(&box_of(0, scale), scale, 0, 20_000) == one, "scale 2^{power}");
     }
     for scale in [1e-6, 1e6] {
-        let other = beam(&universe(0, scale), scale, 20_000);
-        let one = beam(&universe(0, 1.0), 1.0, 20_000);
+        let other = beam(&box_of(0, scale), scale, 1, 20_000);
         assert!((other[0].0 - one[0].0).abs() < 3.0 * 2.0_f64.sqrt() * one[0].1, "scale {scale}");
     }
 }

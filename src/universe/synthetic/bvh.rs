@@ -38,7 +38,7 @@ struct Node {
     count: u32,
 }
 
-/// The hierarchy; pieces know their region.
+/// The hierarchy; pieces know the number of their body.
 #[derive(Clone, Debug)]
 pub(super) struct Bvh {
     nodes: Vec<Node>,
@@ -48,11 +48,11 @@ pub(super) struct Bvh {
 const LEAF: usize = 4;
 
 impl Bvh {
-    /// Over regions with their thickness (µm) and extent.
-    pub fn new(regions: &[(u32, f64, Extent)]) -> Self {
+    /// Over bodies with their region, thickness (µm) and extent.
+    pub fn new(bodies: &[(u32, f64, Extent)]) -> Self {
         let mut pieces = Vec::new();
-        for (region, thickness, extent) in regions {
-            cut(extent, 5.0 * thickness, |bounds| pieces.push((bounds, *region)));
+        for (number, (_, thickness, extent)) in (0..).zip(bodies) {
+            cut(extent, 5.0 * thickness, |bounds| pieces.push((bounds, number)));
         }
         let mut bvh = Bvh { nodes: Vec::new(), pieces };
         if !bvh.pieces.is_empty() {
@@ -93,7 +93,7 @@ impl Bvh {
         self.nodes[number].count = 0;
     }
 
-    /// Tells the regions of all pieces whose boxes the ray comes into up to `limit`, nearer boxes first;
+    /// Tells the bodies of all pieces whose boxes the ray comes into up to `limit`, nearer boxes first;
     /// `tell` answers with the limit from then on.
     #[inline]
     pub fn along(&self, ray: &Ray, mut limit: f64, mut tell: impl FnMut(u32) -> f64) {
@@ -112,9 +112,9 @@ impl Bvh {
             }
             let node = &self.nodes[number as usize];
             if node.count > 0 {
-                for (bounds, region) in &self.pieces[node.at as usize..(node.at + node.count) as usize] {
+                for (bounds, body) in &self.pieces[node.at as usize..(node.at + node.count) as usize] {
                     if bounds.entry(o, inverse, limit) < f64::INFINITY {
-                        limit = tell(*region);
+                        limit = tell(*body);
                     }
                 }
                 continue;
@@ -129,7 +129,7 @@ impl Bvh {
         }
     }
 
-    /// Tells the regions of all pieces whose boxes hold a point (some more than once).
+    /// Tells the bodies of all pieces whose boxes hold a point (some more than once).
     pub fn around(&self, p: DVec3, mut tell: impl FnMut(u32)) {
         let holds = |b: &Aabb| p.cmpge(b.lo).all() && p.cmple(b.hi).all();
         let mut stack = if self.nodes.is_empty() { vec![] } else { vec![0_u32] };
@@ -158,11 +158,11 @@ impl Bvh {
 
 /// Boxes of the pieces of a body, none longer than about `length`.
 fn cut(e: &Extent, length: f64, mut tell: impl FnMut(Aabb)) {
-    let pieces = (2.0 * e.half / length).ceil().clamp(1.0, 1e4);
-    let step = 2.0 * e.half / pieces;
+    let pieces = (2.0 * e.half() / length).ceil().clamp(1.0, 1e4);
+    let step = 2.0 * e.half() / pieces;
     for i in 0..pieces as u32 {
-        let from = e.centre + e.axis * (f64::from(i) * step - e.half);
-        let to = e.centre + e.axis * (f64::from(i + 1) * step - e.half);
+        let from = e.centre + e.axis() * (f64::from(i) * step - e.half());
+        let to = e.centre + e.axis() * (f64::from(i + 1) * step - e.half());
         let (lo, hi) = (from.min(to) - e.across, from.max(to) + e.across);
         let slack = (hi - lo).max_element() * 1e-6;
         tell(Aabb { lo: lo - slack, hi: hi + slack });

@@ -55,9 +55,9 @@ pub struct Drum {
 pub struct Grown {
     of: Option<[u64; 3]>,
     regions: Vec<Region>,
+    /// Of the bodies (hollows excepted), as are the extents.
     hulls: Vec<Hull>,
-    /// Of the bodies (hollows excepted), with their region numbers.
-    extents: Vec<(u32, Extent)>,
+    extents: Vec<Extent>,
     annuli: u32,
     radius: f64,
     tiles: HashMap<[i32; 2], u32>,
@@ -208,19 +208,12 @@ impl Drum {
         let hi = [lo[0] + TILE - 1, lo[1] + TILE - 1, self.layers - 1];
         let span = DVec3::new(f64::from(TILE), f64::from(TILE), f64::from(self.layers)) * size;
         let middle = self.lattice.origin + DVec3::new(f64::from(lo[0]), f64::from(lo[1]), 0.0) * size + span * 0.5;
-        let near: Vec<&(u32, Extent)> = grown
-            .extents
-            .iter()
-            .filter(|(_, e)| {
-                let w = middle - e.centre;
-                let along = w.dot(e.axis).clamp(-e.half, e.half);
-                (w - e.axis * along).length() <= e.radius + 0.51 * span.length()
-            })
-            .collect();
+        let near: Vec<(u32, &Extent)> =
+            (0..).zip(&grown.extents).filter(|(_, e)| e.reaches(middle, span * 0.501)).collect();
         let cells = (TILE * TILE * self.layers) as usize;
         let lists = Lists::new(cells, |tell| {
-            for (region, extent) in &near {
-                self.lattice.cells_of(extent, lo, hi, |cell| tell(self.slot(cell), Item::new(*region, [0; 2])));
+            for (body, extent) in &near {
+                self.lattice.cells_of(extent, lo, hi, |cell| tell(self.slot(cell), Item::new(*body, [0; 2])));
             }
         });
         let number = grown.lists.len() as u32;
@@ -232,7 +225,7 @@ impl Drum {
     /// Number of a cell within its tile.
     #[inline]
     fn slot(&self, [x, y, z]: [i32; 3]) -> usize {
-        (((z << TILE_BITS | (y & (TILE - 1))) << TILE_BITS) | (x & (TILE - 1))) as usize
+        (((y & (TILE - 1)) << TILE_BITS | (x & (TILE - 1))) * self.layers + z) as usize
     }
 }
 
@@ -260,13 +253,12 @@ fn tilted(u: DVec3, to: f64, [p, q]: [f64; 2], height: f64) -> Option<DVec3> {
 fn add(grown: &mut Grown, kind: &Kind, body: &Body, rank: u32) {
     let first = grown.regions.len();
     for part in parts_of(kind, body) {
-        grown.hulls.push(Hull::of(&part.shape));
         grown.regions.push(Region::new(part, rank));
     }
     pair_hollows(&mut grown.regions, first);
-    if let Some(extent) = Extent::of(&grown.regions[first].part.shape) {
-        grown.extents.push((first as u32, extent));
-    }
+    let shape = &grown.regions[first].part.shape;
+    grown.hulls.push(Hull::of(first as u32, shape));
+    grown.extents.extend(Extent::of(shape));
 }
 
 fn tile_of(cell: [i32; 3]) -> [i32; 2] {
@@ -317,10 +309,10 @@ impl Space for Growing<'_> {
         while !tour.walk.over {
             let grown = &*self.grown;
             for item in grown.lists[tour.lists as usize].of(self.drum.slot(tour.walk.cell)) {
-                let number = item.region() as usize;
-                if !grown.hulls[number].missed_by(ray.origin, ray.dir) {
-                    let key = Key::new(item.region(), [0; 2]);
-                    try_entry(&grown.regions[number], key, [0.0; 2], asker, after, group);
+                let hull = &grown.hulls[item.body() as usize];
+                if !hull.missed_by(ray.origin, ray.dir) {
+                    let key = Key::new(hull.region, [0; 2]);
+                    try_entry(&grown.regions[hull.region as usize], key, [0.0; 2], asker, after, group);
                 }
             }
             if group.distance <= tour.walk.end() {
@@ -348,7 +340,7 @@ impl Space for Growing<'_> {
         cell[2] = cell[2].clamp(0, self.drum.layers - 1);
         let lists = self.drum.tile(self.grown, tile_of(cell));
         for item in self.grown.lists[lists as usize].of(self.drum.slot(cell)) {
-            tell(self, Key::new(item.region(), [0; 2]));
+            tell(self, Key::new(self.grown.hulls[item.body() as usize].region, [0; 2]));
         }
     }
 }

@@ -48,7 +48,7 @@ pub(super) fn try_entry(
     after: f64,
     group: &mut Group,
 ) {
-    if key == asker.left || asker.inside.contains(key) {
+    if key == asker.left || asker.inside.contains(key) || group.holds(key) {
         return;
     }
     if let Some(c) = region.part.shape.way_through(&seen_from(asker.ray, key, period))

@@ -24,8 +24,7 @@ impl Lattice {
     /// The cell of a point.
     #[inline]
     pub fn cell(&self, p: DVec3) -> [i32; 3] {
-        // `as` saturates: far outside stays outside.
-        ((p - self.origin) * self.inverse).floor().to_array().map(|x| x as i32)
+        ((p - self.origin) * self.inverse).to_array().map(floor)
     }
 
     #[inline]
@@ -37,42 +36,38 @@ impl Lattice {
     pub fn cells_of(&self, e: &Extent, lo: [i32; 3], hi: [i32; 3], mut list: impl FnMut([i32; 3])) {
         let slack = self.size * 1e-5;
         let near = e.across + slack;
+        let half = self.size * 0.5 + slack;
         // Slices across the steepest direction; in each, the piece of the axis that may reach in.
-        let main = if e.half == 0.0 { 0 } else { steepest(e.axis) };
+        let main = steepest(e.axis());
         let (a, b) = ((main + 1) % 3, (main + 2) % 3);
-        let reach = e.radius + 0.5 * self.size.length() + slack.x;
-        let (body_lo, body_hi) = self.range(e, main, near);
-        for i in lo[main].max(body_lo)..=hi[main].min(body_hi) {
-            let piece = if e.half == 0.0 {
-                [0.0; 2]
-            } else {
-                let to = |x: f64| ((x - e.centre[main]) / e.axis[main]).clamp(-e.half, e.half);
-                [to(self.wall(main, i) - near[main]), to(self.wall(main, i + 1) + near[main])]
-            };
-            let (p, q) = (e.centre + e.axis * piece[0], e.centre + e.axis * piece[1]);
+        let along = e.half() * e.axis()[main].abs() + near[main];
+        let number = |x: f64| floor((x - self.origin[main]) * self.inverse[main]);
+        let (first, last) = (number(e.centre[main] - along), number(e.centre[main] + along));
+        for i in lo[main].max(first)..=hi[main].min(last) {
+            let to = |x: f64| e.axis() * ((x - e.centre[main]) / e.axis()[main]).clamp(-e.half(), e.half());
+            let p = e.centre + to(self.wall(main, i) - near[main]);
+            let q = e.centre + to(self.wall(main, i + 1) + near[main]);
             let (from, to) = (self.cell(p.min(q) - near), self.cell(p.max(q) + near));
             for j in lo[a].max(from[a])..=hi[a].min(to[a]) {
                 for k in lo[b].max(from[b])..=hi[b].min(to[b]) {
                     let mut cell = [0; 3];
                     (cell[main], cell[a], cell[b]) = (i, j, k);
-                    let middle = self.origin
-                        + DVec3::from_array(cell.map(|c| f64::from(c) + 0.5)) * self.size;
-                    let w = middle - e.centre;
-                    let along = if e.half == 0.0 { 0.0 } else { w.dot(e.axis).clamp(-e.half, e.half) };
-                    if (w - e.axis * along).length_squared() <= reach * reach {
+                    let middle =
+                        self.origin + DVec3::from_array(cell.map(|c| f64::from(c) + 0.5)) * self.size;
+                    if e.reaches(middle, half) {
                         list(cell);
                     }
                 }
             }
         }
     }
+}
 
-    /// First and last slice that a region touches.
-    fn range(&self, e: &Extent, main: usize, near: DVec3) -> (i32, i32) {
-        let along = if e.half == 0.0 { 0.0 } else { e.half * e.axis[main].abs() };
-        let number = |x: f64| ((x - self.origin[main]) * self.inverse[main]).floor() as i32;
-        (number(e.centre[main] - along - near[main]), number(e.centre[main] + along + near[main]))
-    }
+/// Largest whole number not above x; far outside of what an i32 holds, its ends.
+#[inline]
+fn floor(x: f64) -> i32 {
+    let below = x as i32; // towards zero, saturating
+    if f64::from(below) > x { below.saturating_sub(1) } else { below }
 }
 
 fn steepest(v: DVec3) -> usize {
@@ -102,7 +97,7 @@ impl Walk {
     /// A walk that begins in the cell of the ray's point at distance `t`.
     #[inline]
     pub fn new(lattice: &Lattice, ray: &Ray, t: f64) -> Self {
-        let cell = lattice.cell(ray.at(t));
+        let cell = lattice.cell(if t > 0.0 { ray.at(t) } else { ray.origin });
         let mut walk = Walk { cell, step: [0; 3], ahead: [f64::INFINITY; 3], inverse: [0.0; 3], over: false };
         for axis in 0..3 {
             let d = ray.dir[axis];
@@ -156,27 +151,30 @@ impl Walk {
     }
 }
 
-/// A region in a cell: number, and the steps of the periodic image that lies there (−4…3 each).
+/// A body in a cell: its number, and the steps of the periodic image that lies there (−4…3 each).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Item(u32);
 
 impl Item {
-    pub fn new(region: u32, image: [i32; 2]) -> Self {
-        Item(region | ((image[0] & 7) as u32) << 26 | ((image[1] & 7) as u32) << 29)
+    pub fn new(body: u32, image: [i32; 2]) -> Self {
+        Item(body | ((image[0] & 7) as u32) << 26 | ((image[1] & 7) as u32) << 29)
     }
 
     #[inline]
-    pub fn region(self) -> u32 {
+    pub fn body(self) -> u32 {
         self.0 & ((1 << 26) - 1)
     }
 
-    /// The key of the region seen from a cell that lies `cell` periods away from the first.
+    /// The key of its region, seen from a cell that lies `cell` periods away from the first.
     #[inline]
-    pub fn key(self, cell: [i32; 2]) -> Key {
+    pub fn key(self, region: u32, cell: [i32; 2]) -> Key {
+        if self.0 >> 26 == 0 && cell == [0; 2] {
+            return Key::new(region, [0; 2]);
+        }
         let signed = |bits: u32| ((bits << 29) as i32) >> 29;
         let x = cell[0] - signed(self.0 >> 26);
         let y = cell[1] - signed(self.0 >> 29);
-        Key::new(self.region(), [x as i16, y as i16])
+        Key::new(region, [x as i16, y as i16])
     }
 }
 
@@ -218,6 +216,12 @@ impl Lists {
     }
 }
 
+/// Number of a cell: columns along z lie together, as sheets are thin and rays cross them.
+#[inline]
+fn slot(n: [i32; 3], [x, y, z]: [i32; 3]) -> usize {
+    (y as usize * n[0] as usize + x as usize) * n[2] as usize + z as usize
+}
+
 /// A box of cells, laterally repeated without end if `periodic`.
 #[derive(Clone, Debug)]
 pub(super) struct Grid {
@@ -228,17 +232,17 @@ pub(super) struct Grid {
 }
 
 impl Grid {
-    /// A grid over a box; regions (number, extent) are listed in the cells that they may touch.
-    pub fn new(lattice: Lattice, n: [i32; 3], periodic: bool, regions: &[(u32, Extent)]) -> Self {
+    /// A grid over a box; bodies (number, extent) are listed in the cells that they may touch.
+    pub fn new(lattice: Lattice, n: [i32; 3], periodic: bool, bodies: &[(u32, Extent)]) -> Self {
         const FAR: i32 = 1 << 20;
         let cells = n.iter().map(|&k| k as usize).product();
         let (lo, hi) = if periodic { ([-FAR, -FAR, 0], [FAR, FAR, n[2] - 1]) } else { ([0; 3], n.map(|k| k - 1)) };
         let lists = Lists::new(cells, |tell| {
-            for (region, extent) in regions {
+            for (body, extent) in bodies {
                 lattice.cells_of(extent, lo, hi, |[x, y, z]| {
                     let image = [x.div_euclid(n[0]), y.div_euclid(n[1])];
                     let (x, y) = (x.rem_euclid(n[0]), y.rem_euclid(n[1]));
-                    tell(((z * n[1] + y) as usize) * n[0] as usize + x as usize, Item::new(*region, image));
+                    tell(slot(n, [x, y, z]), Item::new(*body, image));
                 });
             }
         });
@@ -252,14 +256,15 @@ impl Grid {
         if z < 0 || z >= n[2] {
             return None;
         }
-        let (x, y, image) = if self.periodic {
-            (x.rem_euclid(n[0]), y.rem_euclid(n[1]), [x.div_euclid(n[0]), y.div_euclid(n[1])])
-        } else if x < 0 || y < 0 || x >= n[0] || y >= n[1] {
+        if x >= 0 && y >= 0 && x < n[0] && y < n[1] {
+            return Some((self.lists.of(slot(n, [x, y, z])), [0; 2]));
+        }
+        if !self.periodic {
             return None;
-        } else {
-            (x, y, [0; 2])
-        };
-        Some((self.lists.of((z as usize * n[1] as usize + y as usize) * n[0] as usize + x as usize), image))
+        }
+        let image = [x.div_euclid(n[0]), y.div_euclid(n[1])];
+        let (x, y) = (x - image[0] * n[0], y - image[1] * n[1]);
+        Some((self.lists.of(slot(n, [x, y, z])), image))
     }
 
     /// Begins a walk: from the ray's origin, or from where it comes into the box.
@@ -267,6 +272,11 @@ impl Grid {
     pub fn walk(&self, ray: &Ray) -> Walk {
         let top = DVec3::from_array(self.n.map(f64::from)) * self.lattice.size + self.lattice.origin;
         let (mut from, mut to) = (0.0_f64, f64::INFINITY);
+        let (o, low) = (ray.origin, self.lattice.origin);
+        let level = o.z > low.z && o.z < top.z;
+        if level && (self.periodic || (o.x > low.x && o.x < top.x && o.y > low.y && o.y < top.y)) {
+            return Walk::new(&self.lattice, ray, 0.0);
+        }
         for axis in if self.periodic { 2..3 } else { 0..3 } {
             let (o, d) = (ray.origin[axis], ray.dir[axis]);
             let (lo, hi) = (self.lattice.origin[axis], top[axis]);

@@ -4,7 +4,7 @@ use super::bvh::Bvh;
 use super::flight::{Asker, try_entry};
 use super::grid::{Grid, Lattice, Walk};
 use super::place::Group;
-use super::region::{Extent, Hull, Key, Region};
+use super::region::{Extent, Hull, Key, Region, seen_from};
 use crate::math::DVec3;
 use crate::universe::Ray;
 
@@ -26,6 +26,7 @@ pub enum Search {
 #[derive(Clone, Debug)]
 pub(super) struct Index {
     everywhere: Vec<u32>,
+    /// Of the indexed bodies.
     hulls: Vec<Hull>,
     kind: Kind,
     period: [f64; 2],
@@ -41,7 +42,7 @@ enum Kind {
 /// Fewer bodies than this are searched one by one.
 const FEW: usize = 24;
 /// Most cells of a grid, and most entries, about.
-const MOST_CELLS: f64 = 1.5e7;
+const MOST_CELLS: f64 = 1.6e7;
 
 /// An indexed body: number, thickness, extent.
 type Sized = (u32, f64, Extent);
@@ -51,7 +52,7 @@ impl Index {
         let (mut everywhere, mut bodies): (Vec<u32>, Vec<Sized>) = (vec![], vec![]);
         for (i, r) in regions.iter().enumerate().filter(|(_, r)| !r.is_hole()) {
             let shape = &r.part.shape;
-            match Extent::of(shape).filter(|e| e.half.is_finite()) {
+            match Extent::of(shape).filter(|e| e.half().is_finite()) {
                 Some(e) => bodies.push((i as u32, Extent::thickness(shape), e)),
                 None => everywhere.push(i as u32),
             }
@@ -81,7 +82,7 @@ impl Index {
             everywhere.extend(bodies.iter().map(|b| b.0));
             everywhere.sort_unstable();
         }
-        let hulls = regions.iter().map(|r| Hull::of(&r.part.shape)).collect();
+        let hulls = bodies.iter().map(|b| Hull::of(b.0, &regions[b.0 as usize].part.shape)).collect();
         Index { everywhere, hulls, kind, period: period.unwrap_or_default() }
     }
 
@@ -107,10 +108,11 @@ impl Index {
         }
         match (&self.kind, walk) {
             (Kind::Grid(grid), Some(walk)) => self.in_cells(grid, regions, walk, asker, after, group),
-            (Kind::Hierarchy(bvh), _) => bvh.along(ray, group.distance, |r| {
-                if !self.hulls[r as usize].missed_by(ray.origin, ray.dir) {
-                    let key = Key::new(r, [0; 2]);
-                    try_entry(&regions[r as usize], key, self.period, asker, after, group);
+            (Kind::Hierarchy(bvh), _) => bvh.along(ray, group.distance, |body| {
+                let hull = &self.hulls[body as usize];
+                if !hull.missed_by(ray.origin, ray.dir) {
+                    let key = Key::new(hull.region, [0; 2]);
+                    try_entry(&regions[hull.region as usize], key, self.period, asker, after, group);
                 }
                 group.distance
             }),
@@ -135,14 +137,10 @@ impl Index {
                 return;
             };
             for item in items {
-                let key = item.key(image);
-                let number = item.region() as usize;
-                let origin = match key.image() {
-                    None => ray.origin,
-                    Some(_) => super::region::seen_from(ray, key, self.period).origin,
-                };
-                if !self.hulls[number].missed_by(origin, ray.dir) {
-                    try_entry(&regions[number], key, self.period, asker, after, group);
+                let hull = &self.hulls[item.body() as usize];
+                let key = item.key(hull.region, image);
+                if !hull.missed_by(seen_from(ray, key, self.period).origin, ray.dir) {
+                    try_entry(&regions[hull.region as usize], key, self.period, asker, after, group);
                 }
             }
             if group.distance <= walk.end() {
@@ -162,10 +160,12 @@ impl Index {
             Kind::None => {}
             Kind::Grid(grid) => {
                 if let Some((items, image)) = grid.list(grid.lattice.cell(p)) {
-                    items.iter().for_each(|i| tell(i.key(image)));
+                    items.iter().for_each(|i| tell(i.key(self.hulls[i.body() as usize].region, image)));
                 }
             }
-            Kind::Hierarchy(bvh) => bvh.around(p, |r| tell(Key::new(r, [0; 2]))),
+            Kind::Hierarchy(bvh) => {
+                bvh.around(p, |body| tell(Key::new(self.hulls[body as usize].region, [0; 2])));
+            }
         }
     }
 
@@ -227,7 +227,8 @@ impl Layout {
         let mean = bodies.iter().map(|b| b.1).sum::<f64>() / bodies.len() as f64;
         let mut size = mean;
         loop {
-            let about = |e: &Extent| (2.0 * e.half / size + 2.0) * (e.radius / size + 1.0).powi(2);
+            // A section of area (2r + s)² through every slice, about.
+            let about = |e: &Extent| (2.0 * e.half() / size + 1.0) * 1.2 * (2.0 * e.radius / size + 1.0).powi(2);
             let entries = bodies.iter().map(|b| about(&b.2)).sum();
             let layout = Self::with(lo, hi, size, period, entries);
             if layout.cells() + layout.entries <= MOST_CELLS {
@@ -262,7 +263,7 @@ impl Layout {
     }
 
     fn build(&self, bodies: &[Sized], periodic: bool) -> Grid {
-        let regions: Vec<(u32, Extent)> = bodies.iter().map(|b| (b.0, b.2)).collect();
-        Grid::new(self.lattice, self.n, periodic, &regions)
+        let bodies: Vec<(u32, Extent)> = (0..).zip(bodies).map(|(i, b)| (i, b.2)).collect();
+        Grid::new(self.lattice, self.n, periodic, &bodies)
     }
 }

@@ -95,9 +95,6 @@ impl Group {
             (self.distance, self.len, self.overflow) = (event.t, 0, false);
         }
         if event.t == self.distance && event.t < f64::INFINITY {
-            if self.items().iter().any(|e| e.key == event.key) {
-                return; // told by two cells
-            }
             if self.len == SAME {
                 self.overflow = true;
             } else {
@@ -105,6 +102,12 @@ impl Group {
                 self.len += 1;
             }
         }
+    }
+
+    /// Whether a surface of this region is among them (told by a cell before).
+    #[inline]
+    pub fn holds(&self, key: Key) -> bool {
+        self.items().iter().any(|e| e.key == key)
     }
 
     #[inline]

@@ -1,7 +1,7 @@
 //! Regions, the keys that tell them (and their periodic images) apart, and who owns a point.
 
 use super::{Overlap, Part};
-use crate::math::DVec3;
+use crate::math::{DVec3, Frame};
 use crate::universe::shape::{Placed, Shape, ShapeFace};
 use crate::universe::{MediumId, Ray, SurfaceId};
 
@@ -170,15 +170,18 @@ pub(super) struct Hull {
     axis: DVec3,
     /// Square of the radius, enlarged by 0.2 %.
     r2: f64,
+    /// Number of the region.
+    pub region: u32,
     ball: bool,
 }
 
 impl Hull {
-    pub fn of(placed: &Placed) -> Self {
-        let (centre, r) = Extent::of(placed).map_or((DVec3::ZERO, f64::INFINITY), |e| (e.centre, e.radius));
+    pub fn of(region: u32, placed: &Placed) -> Self {
         let round = matches!(placed.shape, Shape::Cylinder(_));
+        let size = |e: Extent| (e.centre, e.ball(&placed.shape));
+        let (centre, r) = Extent::of(placed).map_or((DVec3::ZERO, f64::INFINITY), size);
         let axis = if round { placed.frame.z } else { DVec3::ZERO };
-        Hull { centre, axis, r2: r * r * 1.002, ball: !round }
+        Hull { centre, axis, r2: r * r * 1.002, region, ball: !round }
     }
 
     /// Whether the line surely misses. The distance of line and axis is |w·(d × a)|/|d × a|; nearly
@@ -195,62 +198,79 @@ impl Hull {
     }
 }
 
-/// Half extents of a shape along the axes of the world (of a cylinder: of its section alone), and
-/// half its length along `axis`, ∞ where it has no end.
+/// What holds a shape: a box along its own axes, endless along the last one where the shape is.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Extent {
     pub centre: DVec3,
-    pub axis: DVec3,
-    pub half: f64,
-    /// Around the axis.
+    axes: Frame,
+    /// Half edges.
+    halves: [f64; 3],
+    /// Half extents of the section (without the last axis) along the axes of the world.
     pub across: DVec3,
-    /// Radius of the round hull.
+    /// Radius of the section's round hull.
     pub radius: f64,
 }
 
 impl Extent {
     /// `None` for half spaces and slabs.
     pub fn of(p: &Placed) -> Option<Self> {
-        let f = &p.frame;
-        let span = |v: [DVec3; 3]| {
-            let sum = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
-            DVec3::new(sum.x.sqrt(), sum.y.sqrt(), sum.z.sqrt())
-        };
-        Some(match p.shape {
-            Shape::Cylinder(c) => Extent {
-                centre: p.centre,
-                axis: f.z,
-                half: c.half_length.unwrap_or(f64::INFINITY),
-                across: span([f.x * c.a, f.y * c.b, DVec3::ZERO]),
-                radius: c.a.max(c.b),
-            },
-            Shape::Ellipsoid(e) => Extent {
-                centre: p.centre,
-                axis: DVec3::Z,
-                half: 0.0,
-                across: span([f.x * e.a, f.y * e.b, f.z * e.c]),
-                radius: e.a.max(e.b).max(e.c),
-            },
+        let f = p.frame;
+        let (centre, halves) = match p.shape {
+            Shape::Cylinder(c) => (p.centre, [c.a, c.b, c.half_length.unwrap_or(f64::INFINITY)]),
+            Shape::Ellipsoid(e) => (p.centre, [e.a, e.b, e.c]),
             Shape::Cuboid(b) => {
-                let half = (b.max - b.min) * 0.5;
-                Extent {
-                    centre: p.centre + f.to_world((b.min + b.max) * 0.5),
-                    axis: DVec3::Z,
-                    half: 0.0,
-                    across: (f.x * half.x).abs() + (f.y * half.y).abs() + (f.z * half.z).abs(),
-                    radius: half.length(),
-                }
+                (p.centre + f.to_world((b.min + b.max) * 0.5), ((b.max - b.min) * 0.5).to_array())
             }
             Shape::HalfSpace(_) | Shape::SlabZ(_) => return None,
-        })
+        };
+        let (x, y) = (f.x * halves[0], f.y * halves[1]);
+        let square = x * x + y * y;
+        let round = DVec3::new(square.x.sqrt(), square.y.sqrt(), square.z.sqrt());
+        let (across, radius) = match p.shape {
+            Shape::Cuboid(_) => (x.abs() + y.abs(), halves[0].hypot(halves[1])),
+            _ => (round, halves[0].max(halves[1])),
+        };
+        Some(Extent { centre, axes: f, halves, across, radius })
+    }
+
+    /// The last axis, unit.
+    #[inline]
+    pub fn axis(&self) -> DVec3 {
+        self.axes.z
+    }
+
+    /// Half length along it.
+    #[inline]
+    pub fn half(&self) -> f64 {
+        self.halves[2]
+    }
+
+    /// Whether the shape may reach into a box of half edges `half` about `middle`: the box's shadow on
+    /// each of the shape's axes overlaps the shape's own.
+    #[inline]
+    pub fn reaches(&self, middle: DVec3, half: DVec3) -> bool {
+        let w = middle - self.centre;
+        let near = |axis: DVec3, own: f64| w.dot(axis).abs() <= own + half.dot(axis.abs());
+        near(self.axes.x, self.halves[0])
+            && near(self.axes.y, self.halves[1])
+            && near(self.axes.z, self.halves[2])
+    }
+
+    /// Radius about the axis of a cylinder, about the centre of what is none, that holds all.
+    fn ball(&self, shape: &Shape) -> f64 {
+        match shape {
+            Shape::Cylinder(_) => self.radius,
+            Shape::Ellipsoid(_) => self.radius.max(self.half()),
+            _ => self.radius.hypot(self.half()),
+        }
     }
 
     /// Lower and upper corner; infinite where the shape has no end.
     pub fn corners(&self) -> (DVec3, DVec3) {
-        let reach = if self.half.is_finite() {
-            self.axis.abs() * self.half
+        let reach = if self.half().is_finite() {
+            self.axis().abs() * self.half()
         } else {
-            DVec3::from_array(self.axis.to_array().map(|a| if a == 0.0 { 0.0 } else { f64::INFINITY }))
+            DVec3::from_array(self.axis().to_array().map(|a| if a == 0.0 { 0.0 } else { f64::INFINITY }))
         };
         (self.centre - reach - self.across, self.centre + reach + self.across)
     }
