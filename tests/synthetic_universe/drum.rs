@@ -39,7 +39,10 @@ fn walk(drum: &Drum, grown: &mut Grown, x: f64, history: u64) -> Vec<u64> {
     let mut bits = Vec::new();
     for _ in 0..50 {
         let d = isotropic(s);
-        let mut ray = Ray { origin: DVec3::new(x + 20.0 * s.uniform(), s.uniform(), HEIGHT), dir: DVec3::new(d.x, d.y, -d.z.abs()) };
+        let mut ray = Ray {
+            origin: DVec3::new(x + 20.0 * s.uniform(), s.uniform(), HEIGHT),
+            dir: DVec3::new(d.x, d.y, -d.z.abs()),
+        };
         let mut place = drum.enter(&ray, grown, s).place;
         for _ in 0..200 {
             let Next::Interface(at) = drum.next(&ray, &mut place, grown, f64::INFINITY, s) else { break };
@@ -77,7 +80,11 @@ fn a_drum_is_the_same_however_it_is_grown() {
 }
 
 /// Mean of `measure` over realisations, and its standard error.
-fn mean(realisations: u64, model: &Boolean, measure: impl Fn(&Drum, &mut Grown, &mut Stream) -> f64) -> (f64, f64) {
+fn mean(
+    realisations: u64,
+    model: &Boolean,
+    measure: impl Fn(&Drum, &mut Grown, &mut Stream) -> f64,
+) -> (f64, f64) {
     let (mut sum, mut square) = (0.0, 0.0);
     let mut grown = Grown::default();
     for k in 0..realisations {
@@ -177,7 +184,11 @@ fn finite_fibres_fill_cells_and_drums_alike() {
             square += x * x;
         }
         let average = sum / 100.0;
-        agrees(&format!("{tilt:?} cell"), (average, ((square / 100.0 - average * average) / 100.0).sqrt()), want);
+        agrees(
+            &format!("{tilt:?} cell"),
+            (average, ((square / 100.0 - average * average) / 100.0).sqrt()),
+            want,
+        );
         let share = mean(100, &m, |drum, grown, s| {
             let inside = (0..100).filter(|_| {
                 let at = DVec3::new(60.0 * s.uniform(), 10.0 * s.uniform(), HEIGHT * s.uniform());

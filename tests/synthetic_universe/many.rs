@@ -54,7 +54,15 @@ fn bits(u: &SyntheticUniverse, side: f64, events: usize, far: f64) -> Vec<[u64; 
                 Next::Interface(at) => {
                     let n = at.normal;
                     let rest = u64::from(at.beyond.0) << 32 | u64::from(at.body.0);
-                    seen.push([at.distance, n.x, n.y, n.z].map(f64::to_bits).into_iter().chain([rest]).collect::<Vec<_>>().try_into().unwrap());
+                    seen.push(
+                        [at.distance, n.x, n.y, n.z]
+                            .map(f64::to_bits)
+                            .into_iter()
+                            .chain([rest])
+                            .collect::<Vec<_>>()
+                            .try_into()
+                            .unwrap(),
+                    );
                     ray.origin = ray.at(at.distance);
                     let d = isotropic(s);
                     let up = if d.dot(n) < 0.0 { -d } else { d };
@@ -91,11 +99,12 @@ fn every_search_answers_with_the_same_bits() {
             // Something everywhere, and something far larger than the rest.
             parts.push(Part { priority: -5, ..part(slab(0.3 * side, 0.6 * side), 4, 9001) });
             parts.push(Part { priority: -4, ..part(sphere(DVec3::splat(0.5 * side), 0.4 * side), 5, 9002) });
-            let answers = [Search::Linear, Search::Grid, Search::Hierarchy, Search::Automatic].map(|search| {
-                let u = with(parts.clone(), Setting { overlap, search, ..Setting::default() });
-                println!("{count} {overlap:?} {search:?}: {}", u.describe_search());
-                bits(&u, side, 30_000, 3.0 * side)
-            });
+            let answers =
+                [Search::Linear, Search::Grid, Search::Hierarchy, Search::Automatic].map(|search| {
+                    let u = with(parts.clone(), Setting { overlap, search, ..Setting::default() });
+                    println!("{count} {overlap:?} {search:?}: {}", u.describe_search());
+                    bits(&u, side, 30_000, 3.0 * side)
+                });
             for other in &answers[1..] {
                 let first = answers[0].iter().zip(other).position(|(a, b)| a != b);
                 assert_eq!(first, None, "{count} {overlap:?}");
@@ -212,9 +221,10 @@ fn none_lost(events: u64) {
                 let u = &u;
                 let work = |k| scope.spawn(move || follow(u, from, 1000.0, 40 + k, events / 12));
                 let threads: Vec<_> = (0..2_u64).map(work).collect();
-                threads.into_iter().map(|t| t.join().unwrap()).fold((0, 0, 0), |a, b| {
-                    (a.0 + b.0, a.1 + b.1, a.2 + b.2)
-                })
+                threads
+                    .into_iter()
+                    .map(|t| t.join().unwrap())
+                    .fold((0, 0, 0), |a, b| (a.0 + b.0, a.1 + b.1, a.2 + b.2))
             });
             println!("{away} µm away, period {period:?}: {all:?} met, lost, wrong");
             assert_eq!((all.1, all.2), (0, 0));
@@ -311,7 +321,8 @@ fn a_periodic_cell_repeats_itself() {
 fn what_fits_no_period_is_refused() {
     use lightpro::universe::synthetic::Error;
     let setting = |period| Setting { sheet: Some([0.0, 9.0]), period: Some(period), ..Setting::default() };
-    let try_with = |p: Placed, period| SyntheticUniverse::with(AIR, vec![part(p, 1, 0)], setting(period)).err();
+    let try_with =
+        |p: Placed, period| SyntheticUniverse::with(AIR, vec![part(p, 1, 0)], setting(period)).err();
     let x = Frame { x: DVec3::Y, y: DVec3::Z, z: DVec3::X };
     let fibre = |h| cylinder(1.0, 1.0, h, DVec3::ZERO, x);
     assert_eq!(try_with(fibre(None), [10.0; 2]), Some(Error::TooLong(0)));

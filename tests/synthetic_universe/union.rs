@@ -12,7 +12,10 @@ fn union(parts: Vec<Part>) -> SyntheticUniverse {
 fn fibre(x: f64, medium: u16, lumen: u16, body: u32) -> [Part; 2] {
     let frame = Frame { x: DVec3::Z, y: DVec3::X, z: DVec3::Y };
     let at = DVec3::X * x;
-    [part(cylinder(2.0, 2.0, None, at, frame), medium, body), part(cylinder(1.0, 1.0, None, at, frame), lumen, body)]
+    [
+        part(cylinder(2.0, 2.0, None, at, frame), medium, body),
+        part(cylinder(1.0, 1.0, None, at, frame), lumen, body),
+    ]
 }
 
 /// Along x: where interfaces are, and what lies beyond.

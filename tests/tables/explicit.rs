@@ -72,7 +72,8 @@ fn ensemble<U: Universe, const N: usize>(
                 let mut rng = Stream::of(20_261_122, 7 + number, history, Purpose::Transport);
                 let ray = loop {
                     let mut ray = source.emit(&mut rng);
-                    ray.origin += DVec3::new(2.0 * rng.uniform() - 1.0, 2.0 * rng.uniform() - 1.0, 0.0) * spread;
+                    ray.origin +=
+                        DVec3::new(2.0 * rng.uniform() - 1.0, 2.0 * rng.uniform() - 1.0, 0.0) * spread;
                     if !from_pores || universe.enter(&ray, &mut h.memory, &mut rng).medium == AIR {
                         break ray;
                     }
@@ -143,10 +144,8 @@ fn hollow(shift: Shift, loud: bool) -> Verdict {
         let key = ["w", "H", "edges", "incidence"].map(|c| row.text(c)).join(" ");
         let of = kept.entry(key.clone()).or_insert_with(|| hollow_case(row, shift));
         let lane = HOLLOW_ALPHAS.iter().position(|a| *a == row.f("alpha_r")).unwrap();
-        let mut cells = vec![
-            ("R", of.layout.of(Cell::Reflected), lane),
-            ("T", of.layout.of(Cell::Transmitted), lane),
-        ];
+        let mut cells =
+            vec![("R", of.layout.of(Cell::Reflected), lane), ("T", of.layout.of(Cell::Transmitted), lane)];
         if lane == 0 {
             cells.push(("path_wall", of.layout.path_length(SOLID), 0));
             cells.push(("path_air", of.layout.path_length(AIR), 0));
@@ -168,7 +167,14 @@ fn hollow_case(row: &Row, shift: Shift) -> Between {
     let model = boolean(&Sheet { contained, ..fibres });
     let medium = Medium::clear(row.f("n_wall") + shift.index).with(HOLLOW_ALPHAS, 0.0, Phase::Isotropic);
     let source = if row.text("incidence") == "diffuse" { diffuse(height) } else { normal(height) };
-    ensemble(|k| model.drum(1, k).unwrap(), &light(medium, None), &source, height, (60.0, false), shift.effort)
+    ensemble(
+        |k| model.drum(1, k).unwrap(),
+        &light(medium, None),
+        &source,
+        height,
+        (60.0, false),
+        shift.effort,
+    )
 }
 
 /// The EXPLICIT rows of the statistical table.
@@ -256,7 +262,10 @@ fn explicit_sheets() {
 fn explicit_sheets_notice() {
     for (shift, least) in [(Shift { radius: 1.08, ..HASTY }, 40), (Shift { index: 0.06, ..HASTY }, 20)] {
         let v = hollow(shift, false);
-        println!("radius × {}, index + {}: {} of {} figures fail", shift.radius, shift.index, v.failed, v.checked);
+        println!(
+            "radius × {}, index + {}: {} of {} figures fail",
+            shift.radius, shift.index, v.failed, v.checked
+        );
         assert!(v.failed >= least);
     }
     let v = sheets(Shift { radius: 1.08, ..HASTY }, false);
@@ -350,7 +359,13 @@ fn reflectance_of_spheres(packings: u64, histories: u64) {
         assert!((r.0 + t.0 - 1.0).abs() < 1e-12);
         between.add(r.0);
         let rate = 1e-6 * interfaces.0 * histories as f64 / begun.elapsed().as_secs_f64();
-        println!("R {:.5}({:.5}), {:.1} interfaces, {rate:.2} M/s; {}", r.0, r.1, interfaces.0, u.describe_search());
+        println!(
+            "R {:.5}({:.5}), {:.1} interfaces, {rate:.2} M/s; {}",
+            r.0,
+            r.1,
+            interfaces.0,
+            u.describe_search()
+        );
     }
     let r = between.mean();
     let se = (r * (1.0 - r) / (packings * histories) as f64).sqrt();

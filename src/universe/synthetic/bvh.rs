@@ -72,8 +72,7 @@ impl Bvh {
         }
         let middle = |p: &(Aabb, u32)| p.0.lo + p.0.hi;
         let first = middle(&pieces[0]);
-        let (lo, hi) =
-            pieces.iter().fold((first, first), |(l, h), p| (l.min(middle(p)), h.max(middle(p))));
+        let (lo, hi) = pieces.iter().fold((first, first), |(l, h), p| (l.min(middle(p)), h.max(middle(p))));
         let wide = hi - lo;
         let axis = if wide.x >= wide.y && wide.x >= wide.z {
             0
@@ -121,7 +120,8 @@ impl Bvh {
             }
             let children = [number + 1, node.at];
             let [a, b] = children.map(|c| self.nodes[c as usize].bounds.entry(o, inverse, limit));
-            let order = if a <= b { [(node.at, b), (number + 1, a)] } else { [(number + 1, a), (node.at, b)] };
+            let order =
+                if a <= b { [(node.at, b), (number + 1, a)] } else { [(number + 1, a), (node.at, b)] };
             for child in order {
                 stack[depth] = child;
                 depth += 1;

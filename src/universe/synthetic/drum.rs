@@ -198,7 +198,11 @@ impl Drum {
         }
         let size = self.lattice.size;
         let corner = |k: i32, s: f64| f64::max((f64::from(k) * s).abs(), (f64::from(k + 1) * s).abs());
-        let far = DVec3::new(corner(tile[0], size.x * f64::from(TILE)), corner(tile[1], size.y * f64::from(TILE)), 0.0);
+        let far = DVec3::new(
+            corner(tile[0], size.x * f64::from(TILE)),
+            corner(tile[1], size.y * f64::from(TILE)),
+            0.0,
+        );
         self.grow(grown, far.length() + 0.01 * size.x);
         if grown.lists.len() >= MOST_TILES {
             grown.tiles.clear();
@@ -207,7 +211,8 @@ impl Drum {
         let lo = [tile[0] * TILE, tile[1] * TILE, 0];
         let hi = [lo[0] + TILE - 1, lo[1] + TILE - 1, self.layers - 1];
         let span = DVec3::new(f64::from(TILE), f64::from(TILE), f64::from(self.layers)) * size;
-        let middle = self.lattice.origin + DVec3::new(f64::from(lo[0]), f64::from(lo[1]), 0.0) * size + span * 0.5;
+        let middle =
+            self.lattice.origin + DVec3::new(f64::from(lo[0]), f64::from(lo[1]), 0.0) * size + span * 0.5;
         let near: Vec<(u32, &Extent)> =
             (0..).zip(&grown.extents).filter(|(_, e)| e.reaches(middle, span * 0.501)).collect();
         let cells = (TILE * TILE * self.layers) as usize;

@@ -236,7 +236,8 @@ impl Grid {
     pub fn new(lattice: Lattice, n: [i32; 3], periodic: bool, bodies: &[(u32, Extent)]) -> Self {
         const FAR: i32 = 1 << 20;
         let cells = n.iter().map(|&k| k as usize).product();
-        let (lo, hi) = if periodic { ([-FAR, -FAR, 0], [FAR, FAR, n[2] - 1]) } else { ([0; 3], n.map(|k| k - 1)) };
+        let (lo, hi) =
+            if periodic { ([-FAR, -FAR, 0], [FAR, FAR, n[2] - 1]) } else { ([0; 3], n.map(|k| k - 1)) };
         let lists = Lists::new(cells, |tell| {
             for (body, extent) in bodies {
                 lattice.cells_of(extent, lo, hi, |[x, y, z]| {

@@ -70,7 +70,8 @@ impl Index {
                     bodies.retain(|b| b.1 <= 8.0 * typical);
                 }
                 let plan = Layout::of(&bodies, period);
-                let fits = plan.dense() && bodies.iter().all(|b| b.1 <= 8.0 * typical && b.1 >= typical / 8.0);
+                let fits =
+                    plan.dense() && bodies.iter().all(|b| b.1 <= 8.0 * typical && b.1 >= typical / 8.0);
                 if search == Search::Automatic && period.is_none() && !fits {
                     Kind::Hierarchy(Bvh::new(&bodies))
                 } else {
@@ -189,7 +190,9 @@ impl Index {
                     if g.periodic { ", repeated sideways" } else { "" }
                 ))
             }
-            Kind::Hierarchy(b) => rest(format!("hierarchy (BVH) over {} boxes of pieces of bodies", b.pieces())),
+            Kind::Hierarchy(b) => {
+                rest(format!("hierarchy (BVH) over {} boxes of pieces of bodies", b.pieces()))
+            }
         }
     }
 
@@ -228,7 +231,8 @@ impl Layout {
         let mut size = mean;
         loop {
             // A section of area (2r + s)² through every slice, about.
-            let about = |e: &Extent| (2.0 * e.half() / size + 1.0) * 1.2 * (2.0 * e.radius / size + 1.0).powi(2);
+            let about =
+                |e: &Extent| (2.0 * e.half() / size + 1.0) * 1.2 * (2.0 * e.radius / size + 1.0).powi(2);
             let entries = bodies.iter().map(|b| about(&b.2)).sum();
             let layout = Self::with(lo, hi, size, period, entries);
             if layout.cells() + layout.entries <= MOST_CELLS {

@@ -110,7 +110,7 @@ pub struct SyntheticUniverse {
     rule: Rule,
     /// Ascending priority: of two regions the one with the higher number owns a common point.
     regions: Vec<Region>,
-    index: Index,
+    index: Box<Index>,
     sheet: Option<[f64; 2]>,
     period: [f64; 2],
 }
@@ -151,7 +151,7 @@ impl SyntheticUniverse {
         let mut regions: Vec<Region> =
             parts.into_iter().enumerate().map(|(i, p)| Region::new(p, i as u32)).collect();
         region::pair_hollows(&mut regions, 0);
-        let index = Index::new(&regions, setting.search, setting.period);
+        let index = Box::new(Index::new(&regions, setting.search, setting.period));
         Ok(SyntheticUniverse {
             rule: Rule { overlap: setting.overlap, ambient },
             regions,
@@ -172,9 +172,7 @@ impl SyntheticUniverse {
         self.index.around(point, |key| {
             if contains(key) {
                 keys.push(key);
-                keys.extend(
-                    self.regions[key.region()].hollow().map(|h| key.of(h)).filter(|h| contains(*h)),
-                );
+                keys.extend(self.regions[key.region()].hollow().map(|h| key.of(h)).filter(|h| contains(*h)));
             }
         });
         self.rule.owner(&keys, |k| &self.regions[k.region()]).medium
@@ -283,10 +281,10 @@ fn next_in<S: Space>(
     };
     match flight::fly(space, place, limit.min(edge), true) {
         Found::Lost => Next::Lost,
-        Found::Met(met) if met.event.t < edge => {
-            Next::Interface(flight::interface(space, ray, &met))
+        Found::Met(met) if met.event.t < edge => Next::Interface(flight::interface(space, ray, &met)),
+        _ if edge <= limit && (edge < f64::INFINITY || sheet.is_none()) => {
+            Next::Edge { face, distance: edge }
         }
-        _ if edge <= limit && (edge < f64::INFINITY || sheet.is_none()) => Next::Edge { face, distance: edge },
         Found::Nothing if limit < f64::INFINITY => Next::Limit,
         _ => Next::Lost, // along the planes of a sheet without end, and nothing there
     }

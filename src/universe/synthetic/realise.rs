@@ -42,10 +42,14 @@ pub enum RealiseError {
     #[error(transparent)]
     Parts(#[from] Error),
     /// As many densities as kinds are needed, each finite and not negative; the planes in order.
-    #[error("densities must be finite and not negative, one per kind, and the upper plane above the lower one")]
+    #[error(
+        "densities must be finite and not negative, one per kind, and the upper plane above the lower one"
+    )]
     Amount,
     /// Tilted fibres without end reach through every plane.
-    #[error("kind {0}: fibres without end that leave the plane cannot lie wholly within a sheet; use edges=\"cut\" or a fibre length")]
+    #[error(
+        "kind {0}: fibres without end that leave the plane cannot lie wholly within a sheet; use edges=\"cut\" or a fibre length"
+    )]
     Tilted(usize),
     /// A periodic cell holds bodies with an end only.
     #[error("kind {0}: fibres without end fit no periodic cell")]
@@ -148,7 +152,7 @@ impl Boolean {
             return false;
         }
         // Bodies that do not reach the sheet are nothing to it (where tilted fibres end is not known).
-        if !(is_endless(kind) && !is_level(kind)) && (z + h < bottom || z - h > top) {
+        if (is_level(kind) || !is_endless(kind)) && (z + h < bottom || z - h > top) {
             return false;
         }
         let Some(profile) = &kind.profile else { return true };

@@ -98,8 +98,9 @@ fn within(a: &Placed, b: &Placed) -> Option<bool> {
             };
             (i.a <= o.a && i.b <= o.b && shorter).then_some(i.a == o.a || i.b == o.b)
         }
-        (Shape::Ellipsoid(o), Shape::Ellipsoid(i)) => (i.a <= o.a && i.b <= o.b && i.c <= o.c)
-            .then_some(i.a == o.a || i.b == o.b || i.c == o.c),
+        (Shape::Ellipsoid(o), Shape::Ellipsoid(i)) => {
+            (i.a <= o.a && i.b <= o.b && i.c <= o.c).then_some(i.a == o.a || i.b == o.b || i.c == o.c)
+        }
         _ => None,
     }
 }
@@ -198,6 +199,10 @@ impl Hull {
     }
 }
 
+fn diagonal(x: f64, y: f64) -> f64 {
+    (x * x + y * y).sqrt()
+}
+
 /// What holds a shape: a box along its own axes, endless along the last one where the shape is.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Extent {
@@ -227,7 +232,7 @@ impl Extent {
         let square = x * x + y * y;
         let round = DVec3::new(square.x.sqrt(), square.y.sqrt(), square.z.sqrt());
         let (across, radius) = match p.shape {
-            Shape::Cuboid(_) => (x.abs() + y.abs(), halves[0].hypot(halves[1])),
+            Shape::Cuboid(_) => (x.abs() + y.abs(), diagonal(halves[0], halves[1])),
             _ => (round, halves[0].max(halves[1])),
         };
         Some(Extent { centre, axes: f, halves, across, radius })
@@ -261,7 +266,7 @@ impl Extent {
         match shape {
             Shape::Cylinder(_) => self.radius,
             Shape::Ellipsoid(_) => self.radius.max(self.half()),
-            _ => self.radius.hypot(self.half()),
+            _ => diagonal(self.radius, self.half()),
         }
     }
 
