@@ -349,41 +349,39 @@ fn box_of(seed: u64, scale: f64) -> SyntheticUniverse {
     SyntheticUniverse::new(AIR, spheres(seed, scale)).unwrap()
 }
 
-/// R of several packings, with R + T = 1, against .6334(4).
+/// R of several packings, with R + T = 1, against .6334(4). The beam sees some 300 of the spheres from
+/// above, so R differs from packing to packing by about .005, ten times the error of the histories that
+/// the reference states for its one packing: that spread is measured and belongs to the comparison.
 fn reflectance_of_spheres(packings: u64, histories: u64) {
-    let mut between = Moments::default();
+    let (mut between, mut noise) = (Moments::default(), 0.0);
     for seed in 0..packings {
         let u = box_of(seed, 1.0);
         let begun = std::time::Instant::now();
         let [r, t, interfaces] = beam(&u, 1.0, seed, histories);
         assert!((r.0 + t.0 - 1.0).abs() < 1e-12);
         between.add(r.0);
+        noise += r.1 * r.1 / packings as f64;
         let rate = 1e-6 * interfaces.0 * histories as f64 / begun.elapsed().as_secs_f64();
-        println!(
-            "R {:.5}({:.5}), {:.1} interfaces, {rate:.2} M/s; {}",
-            r.0,
-            r.1,
-            interfaces.0,
-            u.describe_search()
-        );
+        println!("R {:.5}({:.5}), {:.1} interfaces, {rate:.2} M/s", r.0, r.1, interfaces.0);
     }
     let r = between.mean();
-    let se = (r * (1.0 - r) / (packings * histories) as f64).sqrt();
-    let z = (r - 0.6334) / se.hypot(0.0004);
-    println!("R {r:.5}({se:.5}), between packings {:.5}, z {z:+.2}", between.standard_error());
-    assert!(z.abs() < 3.0);
+    let n = packings as f64;
+    let packing = (between.standard_error().powi(2) * n - noise).max(0.0);
+    let error = (packing * (1.0 + 1.0 / n) + noise / n + 0.0004 * 0.0004).sqrt();
+    println!("R {r:.5}, spread of packings {:.5}, z {:+.2}", packing.sqrt(), (r - 0.6334) / error);
+    assert!((r - 0.6334).abs() < 3.0 * error && error < 0.01);
 }
 
 #[test]
 #[ignore = "minutes"]
 fn spheres_in_a_box_in_full() {
-    reflectance_of_spheres(10, 200_000);
+    reflectance_of_spheres(40, 100_000);
 }
 
 /// R .6334(4) and R + T = 1; the same bits at other scales.
 #[test]
 fn twenty_thousand_spheres_in_a_box() {
-    reflectance_of_spheres(4, 50_000);
+    reflectance_of_spheres(12, 25_000);
     let one = beam(&box_of(0, 1.0), 1.0, 0, 20_000);
     for power in [-20, 20] {
         let scale = f64::powi(2.0, power);
