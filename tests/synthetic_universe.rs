@@ -6,8 +6,14 @@
 mod harness;
 #[path = "synthetic_universe/chords.rs"]
 mod chords;
+#[path = "synthetic_universe/drum.rs"]
+mod drum;
 #[path = "synthetic_universe/hard_cases.rs"]
 mod hard_cases;
+#[path = "synthetic_universe/many.rs"]
+mod many;
+#[path = "synthetic_universe/union.rs"]
+mod union;
 #[path = "synthetic_universe/walks.rs"]
 mod walks;
 

@@ -260,15 +260,18 @@ impl Placed {
         not_before(self.shape.way_out(o, d).0)
     }
 
-    /// Outward unit normal where the ray enters or leaves, at distance `t`.
+    /// The same, with the face that is met there.
     #[inline]
-    pub fn normal(&self, ray: &Ray, t: f64, enters: bool) -> DVec3 {
+    pub fn way_out_face(&self, ray: &Ray) -> (f64, ShapeFace) {
         let (o, d) = self.local(ray);
-        let face = if enters {
-            self.shape.chord(o, d).map_or(ShapeFace::Side, |c| c.face_in)
-        } else {
-            self.shape.way_out(o, d).1
-        };
+        let (t, face) = self.shape.way_out(o, d);
+        (not_before(t), face)
+    }
+
+    /// Outward unit normal at distance `t`, on the given face.
+    #[inline]
+    pub fn normal_on(&self, ray: &Ray, t: f64, face: ShapeFace) -> DVec3 {
+        let (o, d) = self.local(ray);
         let n = self.shape.normal(o + d * t, face);
         if self.turned { renormalise(self.frame.to_world(n)) } else { n }
     }

@@ -6,6 +6,7 @@
 #![allow(clippy::disallowed_methods, missing_docs)]
 
 mod copper;
+mod explicit;
 mod fresnel;
 mod harness;
 mod mie;

@@ -1,28 +1,43 @@
 //! The synthetic universe: bodies known explicitly.
 //!
 //! A body is one or more convex **regions** ([`Part`]); a hollow fibre is its outer cylinder and,
-//! next in the list, its lumen. The **owner** of a point is the region of highest priority that
-//! contains it, the later one at equal priority; the point's medium is the owner's, or the ambient
-//! medium. A ray carries the set of regions that contain it ([`Place`]) and never asks a point test
-//! for it again: rounding cannot move a ray into another medium.
+//! next in the list, its lumen. The **owner** of a point follows from the [`Overlap`] rule; the
+//! point's medium is the owner's, or the ambient medium. A ray carries the set of regions that
+//! contain it ([`Place`]) and never asks a point test for it again: rounding cannot move a ray into
+//! another medium.
 //!
 //! A surface is an interface where the owner changes. It is buried, and no event, where the owner
 //! stays, or where the media on both sides are the same and the surface is smooth. Surfaces at
 //! exactly the same distance (a plane shared by two layers, the open end of a tube) are crossed at
 //! once: there is no film of zero thickness between bodies in contact.
 //!
+//! Many bodies are searched through a uniform grid or a hierarchy of boxes ([`Search`]); the answers
+//! are the same bits as those of a search one by one.
+//!
 //! Horizontal planes of [`SlabZ`](super::shape::SlabZ) and of boxes [`Placed::at_origin`] are met at
 //! (z_plane − z)/u_z as written; another implementation with the same expression gets the same bits.
 
+mod bvh;
+pub mod drum;
+mod flight;
+mod grid;
+mod index;
 mod place;
+pub mod realise;
+mod region;
 
+pub use index::Search;
 pub use place::{CAPACITY, Place};
 
 use super::shape::{Placed, Shape};
+use super::sheet::plane_ahead;
 use super::{BodyId, Face, Interface, MediumId, Next, Ray, Start, SurfaceId, Universe};
 use crate::math::DVec3;
 use crate::rng::Stream;
-use place::{Group, NONE, Set};
+use flight::{Asker, Found, Space};
+use index::Index;
+use place::Group;
+use region::{Key, Region, Rule};
 
 /// One convex region of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,6 +54,36 @@ pub struct Part {
     pub body: BodyId,
 }
 
+/// Who owns a point that several bodies cover. A **hollow** is a part right behind a part of the same
+/// body and priority that lies concentric within it (a fibre's lumen).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Overlap {
+    /// The region of the highest priority (its random mark), wall or lumen; the later one at equal
+    /// priority.
+    #[default]
+    Priority,
+    /// A point is solid if any wall covers it; of several walls that of the highest priority decides.
+    /// Hollows, and bodies of the ambient medium, lose to every solid. Walls of the same medium merge,
+    /// whatever their surfaces; so do hollows and pores.
+    Union,
+}
+
+/// How bodies are put together.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub struct Setting {
+    /// Who owns what several bodies cover.
+    pub overlap: Overlap,
+    /// Lower and upper plane of a sheet, µm: there is no surface there, rays leave, also from inside a
+    /// body (`cut`). `None`: unbounded.
+    pub sheet: Option<[f64; 2]>,
+    /// The scene repeats itself along x and y with these periods, µm. No ray leaves sideways, and
+    /// none is moved: positions stay where they are, the bodies' images differ by whole multiples of
+    /// the periods.
+    pub period: Option<[f64; 2]>,
+    /// How bodies are searched.
+    pub search: Search,
+}
+
 /// A part that no universe can be built from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Error {
@@ -51,150 +96,102 @@ pub enum Error {
     /// More parts than a region number can tell.
     #[error("{0} parts are too many")]
     TooMany(usize),
+    /// A part without end, or longer than two periods, in a periodic scene.
+    #[error("part {0}: too long for the period of the scene (at most two periods; slabs excepted)")]
+    TooLong(usize),
+    /// A period or the thickness of the sheet is not positive and finite.
+    #[error("periods must be positive and finite, and the sheet's upper plane above its lower one")]
+    Setting,
 }
 
-/// Which regions a ray may meet. Now: all of them. A grid answers here with the regions of the
-/// cells along the ray; it must always include those that contain the origin.
-#[derive(Clone, Debug)]
-struct Index {
-    regions: u32,
-}
-
-impl Index {
-    #[inline]
-    fn candidates(&self, _ray: &Ray) -> std::ops::Range<u32> {
-        0..self.regions
-    }
-}
-
-/// Explicit bodies in an unbounded ambient medium.
+/// Explicit bodies in an ambient medium.
 #[derive(Clone, Debug)]
 pub struct SyntheticUniverse {
-    ambient: MediumId,
+    rule: Rule,
     /// Ascending priority: of two regions the one with the higher number owns a common point.
-    regions: Vec<Part>,
-    index: Index,
+    regions: Vec<Region>,
+    index: Box<Index>,
+    sheet: Option<[f64; 2]>,
+    period: [f64; 2],
 }
 
 impl SyntheticUniverse {
-    /// A universe of `parts` in `ambient`. Parts without volume (a length of exactly 0: no lumen, a
-    /// collapsed one) contain nothing and are left out.
+    /// A universe of `parts` in `ambient`, unbounded, overlaps by priority. Parts without volume (a
+    /// length of exactly 0: no lumen, a collapsed one) contain nothing and are left out.
+    ///
+    /// # Errors
+    /// [`Error`] where a part makes no sense.
     pub fn new(ambient: MediumId, parts: Vec<Part>) -> Result<Self, Error> {
-        if parts.len() >= (NONE >> 1) as usize {
+        Self::with(ambient, parts, Setting::default())
+    }
+
+    /// A universe of `parts` in `ambient`, put together as `setting` says.
+    ///
+    /// # Errors
+    /// [`Error`] where a part or the setting makes no sense.
+    pub fn with(ambient: MediumId, parts: Vec<Part>, setting: Setting) -> Result<Self, Error> {
+        if parts.len() >= region::MOST {
             return Err(Error::TooMany(parts.len()));
+        }
+        let positive = |x: f64| x > 0.0 && x.is_finite();
+        if !setting.period.iter().flatten().all(|&p| positive(p))
+            || !setting.sheet.iter().all(|s| s[0].is_finite() && positive(s[1] - s[0]))
+        {
+            return Err(Error::Setting);
         }
         for (i, part) in parts.iter().enumerate() {
             check(i, &part.shape)?;
+            if let Some(period) = setting.period {
+                check_length(i, &part.shape, period)?;
+            }
         }
-        let mut regions: Vec<Part> =
+        let mut parts: Vec<Part> =
             parts.into_iter().filter(|p| p.shape.shape.extents().iter().all(|&e| e > 0.0)).collect();
-        regions.sort_by_key(|p| p.priority);
-        let index = Index { regions: regions.len() as u32 };
-        Ok(SyntheticUniverse { ambient, regions, index })
+        parts.sort_by_key(|p| p.priority);
+        let mut regions: Vec<Region> =
+            parts.into_iter().enumerate().map(|(i, p)| Region::new(p, i as u32)).collect();
+        region::pair_hollows(&mut regions, 0);
+        let index = Box::new(Index::new(&regions, setting.search, setting.period));
+        Ok(SyntheticUniverse {
+            rule: Rule { overlap: setting.overlap, ambient },
+            regions,
+            index,
+            sheet: setting.sheet,
+            period: setting.period.unwrap_or_default(),
+        })
     }
 
     /// Medium at a point, by containment (surfaces count as inside): for checks and pictures.
     pub fn medium_at(&self, point: DVec3) -> MediumId {
-        self.regions.iter().rfind(|r| r.shape.contains(point)).map_or(self.ambient, |r| r.medium)
+        let mut keys = Vec::new();
+        let ray = Ray { origin: point, dir: DVec3::Z };
+        let contains = |key: Key| {
+            let seen = region::seen_from(&ray, key, self.period);
+            self.regions[key.region()].part.shape.contains(seen.origin)
+        };
+        self.index.around(point, |key| {
+            if contains(key) {
+                keys.push(key);
+                keys.extend(self.regions[key.region()].hollow().map(|h| key.of(h)).filter(|h| contains(*h)));
+            }
+        });
+        self.rule.owner(&keys, |k| &self.regions[k.region()]).medium
     }
 
     /// Medium that a ray is in where [`Universe::enter`], `moved`, `crossed` or `reflected` left it.
     pub fn medium(&self, place: &Place) -> MediumId {
-        self.medium_of(place.inside.top())
+        self.rule.owner(place.inside.items(), |k| &self.regions[k.region()]).medium
     }
 
-    #[inline]
-    fn medium_of(&self, owner: Option<u32>) -> MediumId {
-        owner.map_or(self.ambient, |r| self.regions[r as usize].medium)
+    /// How the bodies are searched, in words: for the plan.
+    pub fn describe_search(&self) -> String {
+        self.index.describe()
     }
 
-    /// Where the ray of `place` still has to enter region `r` (−∞ if it is inside) and to leave it,
-    /// judged from the state at the ray's origin; `None` if it meets neither.
-    #[inline]
-    fn crossings(&self, ray: &Ray, place: &Place, r: u32) -> Option<(f64, f64)> {
-        let shape = &self.regions[r as usize].shape;
-        if place.inside.contains(r) {
-            Some((f64::NEG_INFINITY, shape.way_out(ray)))
-        } else if place.left == r {
-            None // convex, and just left
-        } else {
-            shape.way_through(ray).map(|c| (c.t_in, c.t_out))
-        }
+    /// Memory of bodies and index, bytes.
+    pub fn bytes(&self) -> usize {
+        self.regions.capacity() * size_of::<Region>() + self.index.bytes()
     }
-
-    /// The nearest surfaces beyond the distance `after` and within `limit`: all those at exactly the
-    /// same distance.
-    #[inline]
-    fn nearest(&self, ray: &Ray, place: &Place, after: f64, limit: f64) -> Option<Group> {
-        let mut group = Group::new(limit);
-        for r in self.index.candidates(ray) {
-            if let Some((t_in, t_out)) = self.crossings(ray, place, r) {
-                if t_in > after {
-                    group.offer(t_in, r, true);
-                } else if t_out > after {
-                    group.offer(t_out, r, false);
-                }
-            }
-        }
-        group.found().then_some(group)
-    }
-
-    /// Regions around the ray of `place` at distance `t`, crossings at `t` itself included or not.
-    fn set_at(&self, place: &Place, t: f64, inclusive: bool) -> Option<Set> {
-        let passed = |x: f64| x < t || (inclusive && x == t);
-        let mut set = Set::default();
-        for r in self.index.candidates(&place.ray) {
-            if let Some((t_in, t_out)) = self.crossings(&place.ray, place, r)
-                && passed(t_in)
-                && !passed(t_out)
-            {
-                set.insert(r)?;
-            }
-        }
-        Some(set)
-    }
-
-    /// The surface that separates the media where the owner changes from `before` to `after`: that
-    /// of the higher region, seen the same from both sides. `None` if it is buried.
-    #[inline]
-    fn separates(&self, before: Option<u32>, after: Option<u32>) -> Option<u32> {
-        if before == after {
-            return None;
-        }
-        let surface = before.max(after)?;
-        let same = self.medium_of(before) == self.medium_of(after);
-        (!same || self.regions[surface as usize].surface != SurfaceId::SMOOTH).then_some(surface)
-    }
-
-    /// The interface with region `r`, at `t`.
-    #[inline]
-    fn interface(&self, ray: &Ray, t: f64, r: u32, enters: bool, beyond: MediumId) -> Interface {
-        let region = &self.regions[r as usize];
-        let normal = against(ray.dir, region.shape.normal(ray, t, enters), enters);
-        let axis = match region.shape.shape {
-            Shape::Cylinder(_) => region.shape.frame.z,
-            _ => DVec3::ZERO,
-        };
-        Interface {
-            distance: t,
-            normal,
-            facet: normal,
-            axis,
-            beyond,
-            surface: region.surface,
-            body: region.body,
-        }
-    }
-}
-
-/// The unit normal against the ray. Where a grazing hit leaves the normal on the wrong side by
-/// rounding, it is turned to the right one by twice as much (at least by the rounding of a dot
-/// product, 4 ε, so that the result is surely against the ray).
-#[inline]
-fn against(dir: DVec3, outward: DVec3, enters: bool) -> DVec3 {
-    let n = if enters { outward } else { -outward };
-    let cos = n.dot(dir);
-    if cos >= 0.0 { (n - dir * (cos + cos.max(4.0 * f64::EPSILON))).normalize() } else { n }
 }
 
 /// Sizes, position and axes of part `i`.
@@ -220,6 +217,79 @@ fn check(i: usize, placed: &Placed) -> Result<(), Error> {
     if off.iter().all(|e| e.abs() <= 1e-12) { Ok(()) } else { Err(Error::Frame(i)) }
 }
 
+/// Images of a part −4…3 periods away can be told apart; slabs have none.
+fn check_length(i: usize, placed: &Placed, period: [f64; 2]) -> Result<(), Error> {
+    let far = match region::Extent::of(placed) {
+        None => !matches!(placed.shape, Shape::SlabZ(_)),
+        Some(e) => {
+            let (lo, hi) = e.corners();
+            (0..2).any(|axis| {
+                let p = period[axis];
+                hi[axis] - lo[axis] > 2.0 * p || lo[axis] < -3.0 * p || hi[axis] > 3.0 * p
+            })
+        }
+    };
+    if far { Err(Error::TooLong(i)) } else { Ok(()) }
+}
+
+/// The space of a universe that does not change.
+struct Still<'a>(&'a SyntheticUniverse);
+
+impl Space for Still<'_> {
+    type Cursor = Option<grid::Walk>;
+
+    #[inline]
+    fn rule(&self) -> Rule {
+        self.0.rule
+    }
+    #[inline]
+    fn region(&self, number: usize) -> &Region {
+        &self.0.regions[number]
+    }
+    #[inline]
+    fn period(&self) -> [f64; 2] {
+        self.0.period
+    }
+    #[inline]
+    fn search(&mut self, ray: &Ray) -> Self::Cursor {
+        self.0.index.search(ray)
+    }
+    #[inline]
+    fn entries(&mut self, cursor: &mut Self::Cursor, asker: &Asker, after: f64, group: &mut Group) {
+        self.0.index.entries(&self.0.regions, cursor, asker, after, group);
+    }
+    fn around(&mut self, point: DVec3, mut tell: impl FnMut(&Self, Key)) {
+        self.0.index.around(point, |key| tell(self, key));
+    }
+}
+
+/// The next surface or plane of a sheet (if there is one) in any space.
+fn next_in<S: Space>(
+    space: &mut S,
+    sheet: Option<[f64; 2]>,
+    ray: &Ray,
+    place: &mut Place,
+    limit: f64,
+) -> Next {
+    place.look(*ray);
+    if place.lost || !ray.origin.is_finite() || !ray.dir.is_finite() {
+        return Next::Lost;
+    }
+    let (edge, face) = match sheet {
+        Some([bottom, top]) => plane_ahead(ray, top, bottom),
+        None => (f64::INFINITY, if ray.dir.z < 0.0 { Face::Bottom } else { Face::Top }),
+    };
+    match flight::fly(space, place, limit.min(edge), true) {
+        Found::Lost => Next::Lost,
+        Found::Met(met) if met.event.t < edge => Next::Interface(flight::interface(space, ray, &met)),
+        _ if edge <= limit && (edge < f64::INFINITY || sheet.is_none()) => {
+            Next::Edge { face, distance: edge }
+        }
+        Found::Nothing if limit < f64::INFINITY => Next::Limit,
+        _ => Next::Lost, // along the planes of a sheet without end, and nothing there
+    }
+}
+
 impl Universe for SyntheticUniverse {
     type Memory = ();
     type Place = Place;
@@ -229,88 +299,24 @@ impl Universe for SyntheticUniverse {
     /// A point exactly on a surface is inside if the ray goes in; on the plane of a slab or half space,
     /// where sheets are lit, it still stands before the plane and meets it at distance 0.
     fn enter(&self, ray: &Ray, _: &mut (), _: &mut Stream) -> Start<Place> {
-        let mut place = Place::new(*ray);
-        for r in 0..self.index.regions {
-            let shape = &self.regions[r as usize].shape;
-            if shape.starts_inside(ray) && !shape.meets_at_start(ray) && place.inside.insert(r).is_none() {
-                place.lost = true;
-            }
-        }
+        let place = flight::start(&mut Still(self), ray);
         Start { place, medium: self.medium(&place) }
     }
 
+    #[inline]
     fn next(&self, ray: &Ray, place: &mut Place, _: &mut (), limit: f64, _: &mut Stream) -> Next {
-        place.look(*ray);
-        if place.lost || !ray.origin.is_finite() || !ray.dir.is_finite() {
-            return Next::Lost;
-        }
-        let mut set = place.inside;
-        let mut after = f64::NEG_INFINITY;
-        while let Some(group) = self.nearest(ray, place, after, limit) {
-            let before = set.top();
-            if group.apply(&mut set).is_none() {
-                return Next::Lost;
-            }
-            let first = place.quiet == f64::INFINITY;
-            if first {
-                place.quiet = group.distance;
-            }
-            if let Some(r) = self.separates(before, set.top()) {
-                let enters = set.contains(r);
-                place.await_interface(group.distance, r, first && group.single());
-                return Next::Interface(self.interface(
-                    ray,
-                    group.distance,
-                    r,
-                    enters,
-                    self.medium_of(set.top()),
-                ));
-            }
-            after = group.distance;
-        }
-        if limit < f64::INFINITY {
-            return Next::Limit;
-        }
-        let face = if ray.dir.z < 0.0 { Face::Bottom } else { Face::Top };
-        Next::Edge { face, distance: f64::INFINITY }
+        next_in(&mut Still(self), self.sheet, ray, place, limit)
     }
 
     fn moved(&self, ray: &Ray, place: &mut Place, _: &mut (), d: f64) {
-        if place.quiet <= d {
-            // Buried surfaces were passed on the way, but never the interface itself.
-            let inclusive = d < place.distance;
-            let set = self.set_at(place, d.min(place.distance), inclusive);
-            place.settle(set, NONE, *ray);
-        } else {
-            place.settle(Some(place.inside), NONE, *ray);
-        }
+        flight::moved(&mut Still(self), place, ray, d);
     }
 
     fn reflected(&self, ray: &Ray, place: &mut Place, _: &mut (), _at: &Interface) {
-        let before = if place.quiet < place.distance {
-            self.set_at(place, place.distance, false)
-        } else {
-            Some(place.inside)
-        };
-        let region = place.region;
-        // Still outside the region: it cannot be met again before another event.
-        let left = if before.is_some_and(|s| s.contains(region)) { NONE } else { region };
-        place.settle(before, left, *ray);
+        place.turn_back(*ray);
     }
 
     fn crossed(&self, ray: &mut Ray, place: &mut Place, _: &mut (), _at: &Interface) {
-        let region = place.region;
-        if region == NONE {
-            place.lost = true; // nothing lay ahead: no answer is right
-            return;
-        }
-        let beyond = if place.single {
-            let mut set = place.inside;
-            set.toggle(region).map(|()| set)
-        } else {
-            self.set_at(place, place.distance, true)
-        };
-        let left = if beyond.is_some_and(|s| s.contains(region)) { NONE } else { region };
-        place.settle(beyond, left, *ray);
+        place.go_on(*ray);
     }
 }

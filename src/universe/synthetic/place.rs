@@ -1,128 +1,156 @@
-//! Where a ray is among regions: the set that contains it, and the surface just left.
+//! Where a ray is among regions: the set that contains it, the surface just left, and what lies ahead.
 
+use super::region::{Event, Key};
 use crate::universe::Ray;
 
 /// Most regions that may contain one point; a ray in more is lost (and counted). A hollow fibre is
-/// two regions, so this is eight fibres deep.
-pub const CAPACITY: usize = 16;
+/// two regions, so this is twelve fibres deep.
+pub const CAPACITY: usize = 24;
 
-/// No region.
-pub(super) const NONE: u32 = u32::MAX;
-
-/// A small ascending set of region numbers.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// A small ascending set of regions.
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Set {
     len: u32,
-    items: [u32; CAPACITY],
+    items: [Key; CAPACITY],
+}
+
+impl Default for Set {
+    fn default() -> Self {
+        Set { len: 0, items: [Key::NONE; CAPACITY] }
+    }
 }
 
 impl Set {
-    fn items(&self) -> &[u32] {
+    #[inline]
+    pub fn items(&self) -> &[Key] {
         &self.items[..self.len as usize]
     }
 
     #[inline]
-    pub fn contains(&self, r: u32) -> bool {
-        self.items().contains(&r)
+    pub fn contains(&self, key: Key) -> bool {
+        self.items().contains(&key)
     }
 
-    /// The highest: the owner of the point.
+    /// Becomes equal to `other`; only what is filled is copied.
     #[inline]
-    pub fn top(&self) -> Option<u32> {
-        self.items().last().copied()
+    pub fn copy_from(&mut self, other: &Set) {
+        let n = other.len as usize;
+        self.items[..n].copy_from_slice(&other.items[..n]);
+        self.len = other.len;
     }
 
-    /// Adds `r` (not yet in); `None` where there is no room.
+    /// Adds `key` (once); `None` where there is no room.
     #[inline]
-    pub fn insert(&mut self, r: u32) -> Option<()> {
+    pub fn insert(&mut self, key: Key) -> Option<()> {
         let n = self.len as usize;
+        let mut at = n;
+        while at > 0 && self.items[at - 1] > key {
+            at -= 1;
+        }
+        if at > 0 && self.items[at - 1] == key {
+            return Some(());
+        }
         if n == CAPACITY {
             return None;
         }
-        let mut at = n;
-        while at > 0 && self.items[at - 1] > r {
-            self.items[at] = self.items[at - 1];
-            at -= 1;
-        }
-        self.items[at] = r;
+        self.items.copy_within(at..n, at + 1);
+        self.items[at] = key;
         self.len += 1;
         Some(())
     }
 
-    /// Takes `r` out, if it is in.
+    /// Takes `key` out, if it is in.
     #[inline]
-    pub fn remove(&mut self, r: u32) {
-        if let Some(at) = self.items().iter().position(|&x| x == r) {
+    pub fn remove(&mut self, key: Key) {
+        if let Some(at) = self.items().iter().position(|&x| x == key) {
             let n = self.len as usize;
             self.items.copy_within(at + 1..n, at);
             self.len -= 1;
         }
     }
-
-    /// In becomes out, out becomes in.
-    #[inline]
-    pub fn toggle(&mut self, r: u32) -> Option<()> {
-        if self.contains(r) {
-            self.remove(r);
-            Some(())
-        } else {
-            self.insert(r)
-        }
-    }
 }
+
+/// Most surfaces at exactly the same distance.
+const SAME: usize = 16;
 
 /// Surfaces met at exactly the same distance.
 pub(super) struct Group {
     pub distance: f64,
     len: usize,
-    overflow: bool,
-    /// Region number and (lowest bit) whether it is entered.
-    items: [u32; CAPACITY],
+    pub overflow: bool,
+    items: [Event; SAME],
 }
 
 impl Group {
     /// An empty group that takes surfaces up to `limit`.
     #[inline]
     pub fn new(limit: f64) -> Self {
-        Group { distance: limit, len: 0, overflow: false, items: [0; CAPACITY] }
+        Group { distance: limit, len: 0, overflow: false, items: [Event::EMPTY; SAME] }
     }
 
-    /// Takes a surface at `t` if it is as near as those so far, and drops these if it is nearer.
+    /// Takes a surface if it is as near as those so far, and drops these if it is nearer.
     #[inline]
-    pub fn offer(&mut self, t: f64, r: u32, enters: bool) {
-        if t < self.distance {
-            (self.distance, self.len, self.overflow) = (t, 0, false);
+    pub fn offer(&mut self, event: Event) {
+        if event.t < self.distance {
+            (self.distance, self.len, self.overflow) = (event.t, 0, false);
         }
-        if t == self.distance && t < f64::INFINITY {
-            if self.len == CAPACITY {
+        if event.t == self.distance && event.t < f64::INFINITY {
+            if self.len == SAME {
                 self.overflow = true;
             } else {
-                self.items[self.len] = r << 1 | u32::from(enters);
+                self.items[self.len] = event;
                 self.len += 1;
             }
         }
     }
 
+    /// Whether a surface of this region is among them (told by a cell before).
     #[inline]
-    pub fn found(&self) -> bool {
-        self.len > 0
+    pub fn holds(&self, key: Key) -> bool {
+        self.items().iter().any(|e| e.key == key)
     }
 
     #[inline]
-    pub fn single(&self) -> bool {
-        self.len == 1
+    pub fn items(&self) -> &[Event] {
+        &self.items[..self.len]
+    }
+}
+
+/// Surfaces ahead of a ray that its state alone tells: ways out, and entries of hollows.
+pub(super) struct Known {
+    len: usize,
+    items: [Event; CAPACITY + CAPACITY / 2],
+}
+
+impl Known {
+    #[inline]
+    pub fn new() -> Self {
+        Known { len: 0, items: [Event::EMPTY; CAPACITY + CAPACITY / 2] }
     }
 
-    /// Crosses all surfaces of the group, leaving before entering so that room is there; `None`
-    /// where there is none.
     #[inline]
-    pub fn apply(&self, set: &mut Set) -> Option<()> {
-        let items = &self.items[..self.len];
-        items.iter().filter(|i| *i & 1 == 0).for_each(|i| set.remove(i >> 1));
-        for i in items.iter().filter(|i| *i & 1 == 1) {
-            set.insert(i >> 1)?;
+    pub fn push(&mut self, event: Event) -> Option<()> {
+        *self.items.get_mut(self.len)? = event;
+        self.len += 1;
+        Some(())
+    }
+
+    #[inline]
+    pub fn items(&self) -> &[Event] {
+        &self.items[..self.len]
+    }
+
+    /// Drops all up to the distance `t`.
+    #[inline]
+    pub fn pass(&mut self, t: f64) {
+        let mut kept = 0;
+        for i in 0..self.len {
+            if self.items[i].t > t {
+                self.items[kept] = self.items[i];
+                kept += 1;
+            }
         }
-        (!self.overflow).then_some(())
+        self.len = kept;
     }
 }
 
@@ -135,11 +163,9 @@ pub struct Place {
     /// Regions around the origin of `ray`.
     pub(super) inside: Set,
     /// Region whose surface the ray starts on, outside; or `NONE`.
-    pub(super) left: u32,
+    pub(super) left: Key,
     /// Region whose interface lies ahead; or `NONE`.
-    pub(super) region: u32,
-    /// The interface is the only surface up to and at its distance.
-    pub(super) single: bool,
+    pub(super) region: Key,
     /// No way to go on: more regions at one point than the set can hold.
     pub(super) lost: bool,
     /// The ray last asked for.
@@ -148,19 +174,27 @@ pub struct Place {
     pub(super) quiet: f64,
     /// Distance of the interface, or ∞.
     pub(super) distance: f64,
+    /// How far all is known: the limit where nothing was met, else the interface.
+    pub(super) seen: f64,
+    /// Regions just before `seen` (at the limit itself: with what lies there).
+    pub(super) before: Set,
+    /// Regions behind the interface.
+    pub(super) beyond: Set,
 }
 
 impl Place {
     pub(super) fn new(ray: Ray) -> Self {
         Place {
             inside: Set::default(),
-            left: NONE,
-            region: NONE,
-            single: false,
+            left: Key::NONE,
+            region: Key::NONE,
             lost: false,
             ray,
             quiet: f64::INFINITY,
             distance: f64::INFINITY,
+            seen: f64::NAN,
+            before: Set::default(),
+            beyond: Set::default(),
         }
     }
 
@@ -168,28 +202,34 @@ impl Place {
     #[inline]
     pub(super) fn look(&mut self, ray: Ray) {
         self.ray = ray;
-        self.region = NONE;
-        self.single = false;
+        self.region = Key::NONE;
         self.quiet = f64::INFINITY;
         self.distance = f64::INFINITY;
+        self.seen = f64::NAN;
     }
 
-    /// An interface with `region` lies ahead.
-    #[inline]
-    pub(super) fn await_interface(&mut self, distance: f64, region: u32, single: bool) {
-        self.distance = distance;
-        self.region = region;
-        self.single = single;
-    }
-
-    /// The ray has arrived among the regions `set` (`None`: too many) and goes on along `ray`.
-    #[inline]
-    pub(super) fn settle(&mut self, set: Option<Set>, left: u32, ray: Ray) {
-        match set {
-            Some(set) => self.inside = set,
-            None => self.lost = true,
+    /// The ray has been reflected before the interface, and goes on along `ray`.
+    pub(super) fn turn_back(&mut self, ray: Ray) {
+        let Place { region, before, inside, .. } = self;
+        if *region != Key::NONE {
+            inside.copy_from(before);
+            // Still outside the region: it cannot be met again before another event.
+            self.left = if inside.contains(*region) { Key::NONE } else { *region };
+        } else {
+            self.left = Key::NONE;
         }
-        self.left = left;
+        self.look(ray);
+    }
+
+    /// The ray has crossed the interface, and goes on along `ray`.
+    pub(super) fn go_on(&mut self, ray: Ray) {
+        let Place { region, beyond, inside, .. } = self;
+        if *region == Key::NONE {
+            self.lost = true; // nothing lay ahead: no answer is right
+            return;
+        }
+        inside.copy_from(beyond);
+        self.left = if inside.contains(*region) { Key::NONE } else { *region };
         self.look(ray);
     }
 

@@ -1,0 +1,388 @@
+//! Bodies that fill a sheet without end, made as a ray needs them.
+//!
+//! Light guided in fibres travels over thousands of radii sideways, and no box around unbounded
+//! fibres is without bias. So the fibres of one **realisation** of a Poisson (Boolean) ensemble are
+//! ordered by the distance ρ at which they come closest to the z axis within the sheet, and generated
+//! in annuli R_k ≤ ρ < R_(k+1), each from a random stream of its own, keyed by (seed, realisation,
+//! kind, k): what a ray finds does not depend on which ray asked first. A worker keeps the annuli that
+//! it has generated, and lists of their fibres in the cells of a grid, in its [`Grown`] memory.
+//!
+//! Lines of direction u and density ν (length over volume) have the measure ν dp dq over the plane
+//! across u. With p along the horizontal normal and H' the thickness (widened by the largest body
+//! radius), all that come within R lie in |p| < R, |q| < ½ H' cos τ + R |sin τ|, τ the tilt.
+
+use super::flight::{self, Asker, Space, try_entry};
+use super::grid::{Item, Lattice, Lists, Walk};
+use super::next_in;
+use super::place::{Group, Place};
+use super::realise::{Boolean, RealiseError, is_endless, is_level, parts_of};
+use super::region::{Extent, Hull, Key, MOST, Region, Rule, pair_hollows};
+use crate::math::DVec3;
+use crate::rng::{Purpose, Stream};
+use crate::universe::statistical::kind::Kind;
+use crate::universe::statistical::section::Body;
+use crate::universe::{Interface, MediumId, Next, Ray, Start, Universe};
+use std::collections::HashMap;
+
+/// Cells along the side of a tile, as a power of two.
+const TILE_BITS: i32 = 4;
+const TILE: i32 = 1 << TILE_BITS;
+/// Tiles kept at a time; beyond, all are dropped (the fibres stay).
+const MOST_TILES: usize = 4096;
+/// Cells from the axis beyond which nothing is searched.
+const FAR: u32 = 1 << 28;
+
+/// One realisation of a Boolean sheet, unbounded sideways; what has been generated of it lies in the
+/// [`Grown`] memory of each worker.
+#[derive(Clone, Debug)]
+pub struct Drum {
+    model: Boolean,
+    seed: u64,
+    realisation: u64,
+    /// Largest half width of a body (half size where it has an end), µm.
+    widest: f64,
+    /// How far above and below the sheet the centre of a body of each kind may stand, µm.
+    margins: Vec<f64>,
+    lattice: Lattice,
+    layers: i32,
+    /// Radius of the first annulus, µm; each next one reaches 1.5 times as far.
+    first: f64,
+    print: u64,
+}
+
+/// Bodies of a [`Drum`] generated so far.
+#[derive(Default, Debug)]
+pub struct Grown {
+    of: Option<[u64; 3]>,
+    regions: Vec<Region>,
+    /// Of the bodies (hollows excepted), as are the extents.
+    hulls: Vec<Hull>,
+    extents: Vec<Extent>,
+    annuli: u32,
+    radius: f64,
+    tiles: HashMap<[i32; 2], u32>,
+    lists: Vec<Lists>,
+}
+
+impl Grown {
+    /// Radius up to which all bodies that come within it are known, µm.
+    pub fn radius(&self) -> f64 {
+        self.radius
+    }
+
+    /// Bodies generated so far.
+    pub fn bodies(&self) -> usize {
+        self.extents.len()
+    }
+}
+
+impl Drum {
+    /// The realisation number `realisation` of `model`.
+    ///
+    /// # Errors
+    /// [`RealiseError`] where the model cannot be realised.
+    pub fn new(model: &Boolean, seed: u64, realisation: u64) -> Result<Self, RealiseError> {
+        model.check()?;
+        let (widest, thickness) = model.widths();
+        let [bottom, top] = model.sheet;
+        let height = top - bottom;
+        let layers = (height / thickness).round().clamp(1.0, 1e4);
+        let size = DVec3::new(thickness, thickness, height * 1.002 / layers);
+        let origin = DVec3::new(0.0, 0.0, bottom - 0.001 * height);
+        let mut print = 0xcbf2_9ce4_8422_2325_u64;
+        for x in model.density.iter().chain([&bottom, &top, &widest, &thickness]) {
+            print = (print ^ x.to_bits()).wrapping_mul(0x0100_0000_01b3);
+        }
+        Ok(Drum {
+            model: model.clone(),
+            seed,
+            realisation,
+            widest,
+            margins: (0..model.kinds.len()).map(|i| model.bounds(i).height).collect(),
+            lattice: Lattice::new(origin, size),
+            layers: layers as i32,
+            first: 24.0 * thickness + widest,
+            print,
+        })
+    }
+
+    /// Medium that a ray is in where [`Universe::enter`], `moved`, `crossed` or `reflected` left it.
+    pub fn medium(&self, place: &Place, memory: &Grown) -> MediumId {
+        self.rule().owner(place.inside.items(), |k| &memory.regions[k.region()]).medium
+    }
+
+    fn rule(&self) -> Rule {
+        Rule { overlap: self.model.overlap, ambient: self.model.pore }
+    }
+
+    /// How bodies are searched, in words.
+    pub fn describe_search(&self) -> String {
+        format!(
+            "drum that grows ahead of the rays, grid cells of {:.3} µm, {} over the thickness",
+            self.lattice.size.x, self.layers
+        )
+    }
+
+    fn key(&self) -> [u64; 3] {
+        [self.seed, self.realisation, self.print]
+    }
+
+    fn view<'a>(&'a self, grown: &'a mut Grown) -> Growing<'a> {
+        Growing { drum: self, grown }
+    }
+
+    /// Generates annuli until all bodies within `radius` of the z axis are known.
+    fn grow(&self, grown: &mut Grown, radius: f64) {
+        while grown.radius < radius {
+            let (from, to) = match grown.annuli {
+                0 => (0.0, self.first),
+                k => (self.reach(k), self.reach(k + 1)),
+            };
+            for i in 0..self.model.kinds.len() {
+                let stream = u64::from(grown.annuli) << 16 | i as u64;
+                let mut rng = Stream::of(self.seed, self.realisation, stream, Purpose::Realisation);
+                self.annulus(grown, i, [from, to], &mut rng);
+            }
+            grown.annuli += 1;
+            grown.radius = to - self.widest;
+        }
+    }
+
+    /// Outer radius of the first k annuli.
+    fn reach(&self, k: u32) -> f64 {
+        (1..k).fold(self.first, |r, _| 1.5 * r)
+    }
+
+    /// Bodies of one kind that come closest to the axis between two radii.
+    fn annulus(&self, grown: &mut Grown, i: usize, [from, to]: [f64; 2], rng: &mut Stream) {
+        let (kind, number) = (&self.model.kinds[i], self.model.number(i));
+        let [bottom, top] = self.model.sheet;
+        let height = top - bottom + 2.0 * self.margins[i];
+        let middle = DVec3::new(0.0, 0.0, 0.5 * (bottom + top));
+        let (endless, level) = (is_endless(kind), is_level(kind));
+        let (width, depth) = match (endless, level) {
+            // Uniform in the square around the disc.
+            (false, _) => (2.0 * to, 2.0 * to * height),
+            (true, true) => (2.0 * (to - from), height),
+            (true, false) => (2.0 * to, (height * height + 4.0 * to * to).sqrt()),
+        };
+        let mut arrivals = rng.exponential();
+        while arrivals < number * width * depth {
+            arrivals += rng.exponential();
+            let mut body = kind.draw(rng);
+            let rank = (rng.bits() >> 32) as u32;
+            let [u1, u2] = [rng.uniform(), rng.uniform()];
+            let centre = if !endless {
+                let at = DVec3::new(2.0 * u1 - 1.0, 2.0 * u2 - 1.0, 0.0) * to;
+                Some(at + DVec3::Z * (height * (rng.uniform() - 0.5)))
+            } else if level {
+                let p = (2.0 * u1 - 1.0) * (to - from);
+                let normal = DVec3::new(-body.frame.z.y, body.frame.z.x, 0.0);
+                Some(normal * (p + from.copysign(p)) + DVec3::Z * (height * (u2 - 0.5)))
+            } else {
+                tilted(body.frame.z, to, [2.0 * u1 - 1.0, (u2 - 0.5) * depth], height)
+            };
+            let Some(centre) = centre else { continue };
+            body.centre = middle + centre;
+            let closest = (centre.x * centre.x + centre.y * centre.y).sqrt();
+            if (from..to).contains(&closest) && self.model.stands(kind, &body, rng) {
+                add(grown, kind, &body, rank);
+            }
+        }
+    }
+
+    /// The lists of a tile's cells, made when first asked for.
+    fn tile(&self, grown: &mut Grown, tile: [i32; 2]) -> u32 {
+        if let Some(&number) = grown.tiles.get(&tile) {
+            return number;
+        }
+        let size = self.lattice.size;
+        let corner = |k: i32, s: f64| f64::max((f64::from(k) * s).abs(), (f64::from(k + 1) * s).abs());
+        let far = DVec3::new(
+            corner(tile[0], size.x * f64::from(TILE)),
+            corner(tile[1], size.y * f64::from(TILE)),
+            0.0,
+        );
+        self.grow(grown, far.length() + 0.01 * size.x);
+        if grown.lists.len() >= MOST_TILES {
+            grown.tiles.clear();
+            grown.lists.clear();
+        }
+        let lo = [tile[0] * TILE, tile[1] * TILE, 0];
+        let hi = [lo[0] + TILE - 1, lo[1] + TILE - 1, self.layers - 1];
+        let span = DVec3::new(f64::from(TILE), f64::from(TILE), f64::from(self.layers)) * size;
+        let middle =
+            self.lattice.origin + DVec3::new(f64::from(lo[0]), f64::from(lo[1]), 0.0) * size + span * 0.5;
+        let near: Vec<(u32, &Extent)> =
+            (0..).zip(&grown.extents).filter(|(_, e)| e.reaches(middle, span * 0.501)).collect();
+        let cells = (TILE * TILE * self.layers) as usize;
+        let lists = Lists::new(cells, |tell| {
+            for (body, extent) in &near {
+                self.lattice.cells_of(extent, lo, hi, |cell| tell(self.slot(cell), Item::new(*body, [0; 2])));
+            }
+        });
+        let number = grown.lists.len() as u32;
+        grown.lists.push(lists);
+        grown.tiles.insert(tile, number);
+        number
+    }
+
+    /// Number of a cell within its tile.
+    #[inline]
+    fn slot(&self, [x, y, z]: [i32; 3]) -> usize {
+        (((y & (TILE - 1)) << TILE_BITS | (x & (TILE - 1))) * self.layers + z) as usize
+    }
+}
+
+/// Where the axis of a line along `u` comes closest to the z axis within |z| < ½ `height`: the line
+/// passes the origin at `p` (in units of `to`) along its horizontal normal and at `q` along the other
+/// one. `None` if it does not come within `to`.
+fn tilted(u: DVec3, to: f64, [p, q]: [f64; 2], height: f64) -> Option<DVec3> {
+    let level = (u.x * u.x + u.y * u.y).sqrt();
+    let normal = if level > 0.0 { DVec3::new(-u.y, u.x, 0.0) / level } else { DVec3::X };
+    if q.abs() >= 0.5 * height * level + to * u.z.abs() {
+        return None;
+    }
+    let at = normal * (p * to) + u.cross(normal) * q;
+    // The piece of the axis between the planes, and its point closest to the z axis.
+    let (lo, hi) = if u.z == 0.0 {
+        (f64::NEG_INFINITY, f64::INFINITY)
+    } else {
+        let (a, b) = ((-0.5 * height - at.z) / u.z, (0.5 * height - at.z) / u.z);
+        (a.min(b), a.max(b))
+    };
+    let w = if level > 0.0 { -(at.x * u.x + at.y * u.y) / (level * level) } else { 0.0 };
+    Some(at + u * w.clamp(lo, hi))
+}
+
+fn add(grown: &mut Grown, kind: &Kind, body: &Body, rank: u32) {
+    let first = grown.regions.len();
+    for part in parts_of(kind, body) {
+        grown.regions.push(Region::new(part, rank));
+    }
+    pair_hollows(&mut grown.regions, first);
+    let shape = &grown.regions[first].part.shape;
+    grown.hulls.push(Hull::of(first as u32, shape));
+    grown.extents.extend(Extent::of(shape));
+}
+
+fn tile_of(cell: [i32; 3]) -> [i32; 2] {
+    [cell[0] >> TILE_BITS, cell[1] >> TILE_BITS]
+}
+
+/// A drum with what has been generated of it.
+struct Growing<'a> {
+    drum: &'a Drum,
+    grown: &'a mut Grown,
+}
+
+/// A walk through tiles.
+struct Tour {
+    walk: Walk,
+    tile: [i32; 2],
+    lists: u32,
+}
+
+impl Space for Growing<'_> {
+    type Cursor = Tour;
+
+    #[inline]
+    fn rule(&self) -> Rule {
+        self.drum.rule()
+    }
+    #[inline]
+    fn region(&self, number: usize) -> &Region {
+        &self.grown.regions[number]
+    }
+    #[inline]
+    fn period(&self) -> [f64; 2] {
+        [0.0; 2]
+    }
+
+    fn search(&mut self, ray: &Ray) -> Tour {
+        let lattice = &self.drum.lattice;
+        let mut walk = Walk::new(lattice, ray, 0.0);
+        walk.keep_within(lattice, ray, 2, 0, self.drum.layers - 1);
+        walk.over = walk.cell[0].unsigned_abs().max(walk.cell[1].unsigned_abs()) > FAR;
+        let tile = tile_of(walk.cell);
+        let lists = if walk.over { 0 } else { self.drum.tile(self.grown, tile) };
+        Tour { walk, tile, lists }
+    }
+
+    fn entries(&mut self, tour: &mut Tour, asker: &Asker, after: f64, group: &mut Group) {
+        let ray = asker.ray;
+        while !tour.walk.over {
+            let grown = &*self.grown;
+            for item in grown.lists[tour.lists as usize].of(self.drum.slot(tour.walk.cell)) {
+                let hull = &grown.hulls[item.body() as usize];
+                if !hull.missed_by(ray.origin, ray.dir) {
+                    let key = Key::new(hull.region, [0; 2]);
+                    try_entry(&grown.regions[hull.region as usize], key, [0.0; 2], asker, after, group);
+                }
+            }
+            if group.distance <= tour.walk.end() {
+                return;
+            }
+            tour.walk.step(&self.drum.lattice, ray);
+            let [x, y, z] = tour.walk.cell;
+            if z < 0 || z >= self.drum.layers || x.unsigned_abs().max(y.unsigned_abs()) > FAR {
+                tour.walk.over = true;
+                return;
+            }
+            let tile = tile_of(tour.walk.cell);
+            if tile != tour.tile {
+                tour.tile = tile;
+                tour.lists = self.drum.tile(self.grown, tile);
+            }
+        }
+    }
+
+    fn around(&mut self, point: DVec3, mut tell: impl FnMut(&Self, Key)) {
+        let mut cell = self.drum.lattice.cell(point);
+        if cell[0].unsigned_abs().max(cell[1].unsigned_abs()) > FAR {
+            return;
+        }
+        cell[2] = cell[2].clamp(0, self.drum.layers - 1);
+        let lists = self.drum.tile(self.grown, tile_of(cell));
+        for item in self.grown.lists[lists as usize].of(self.drum.slot(cell)) {
+            tell(self, Key::new(self.grown.hulls[item.body() as usize].region, [0; 2]));
+        }
+    }
+}
+
+impl Universe for Drum {
+    type Memory = Grown;
+    type Place = Place;
+
+    /// Bodies belong to the realisation, not to the history: they are kept.
+    fn forget(&self, memory: &mut Grown) {
+        if memory.of != Some(self.key()) {
+            *memory = Grown { of: Some(self.key()), ..Grown::default() };
+        }
+    }
+
+    fn enter(&self, ray: &Ray, memory: &mut Grown, _: &mut Stream) -> Start<Place> {
+        self.forget(memory);
+        let mut place = flight::start(&mut self.view(memory), ray);
+        // More bodies than can be numbered: nothing is right from here on.
+        place.lost |= memory.regions.len() >= MOST;
+        Start { place, medium: self.medium(&place, memory) }
+    }
+
+    #[inline]
+    fn next(&self, ray: &Ray, place: &mut Place, memory: &mut Grown, limit: f64, _: &mut Stream) -> Next {
+        next_in(&mut self.view(memory), Some(self.model.sheet), ray, place, limit)
+    }
+
+    fn moved(&self, ray: &Ray, place: &mut Place, memory: &mut Grown, d: f64) {
+        flight::moved(&mut self.view(memory), place, ray, d);
+    }
+
+    fn reflected(&self, ray: &Ray, place: &mut Place, _: &mut Grown, _at: &Interface) {
+        place.turn_back(*ray);
+    }
+
+    fn crossed(&self, ray: &mut Ray, place: &mut Place, _: &mut Grown, _at: &Interface) {
+        place.go_on(*ray);
+    }
+}
