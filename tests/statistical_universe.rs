@@ -17,6 +17,8 @@ mod invariants;
 mod laws;
 #[path = "statistical_universe/layers.rs"]
 mod layers;
+#[path = "statistical_universe/memory.rs"]
+mod memory;
 #[path = "tables/transport.rs"]
 #[allow(dead_code)]
 mod transport;

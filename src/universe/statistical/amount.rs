@@ -146,13 +146,16 @@ fn covered(kind: &Kind, body: &Body, h_layer: f64, depth: f64, contained: bool) 
         Some(profile) => {
             // Slices of the body: the weight of each is the density where the centre would stand.
             const SLICES: u32 = 24;
-            let edge = |i: u32| height * (2.0 * f64::from(i) / f64::from(SLICES) - 1.0);
+            // Below and above these the centre would stand where none may.
+            let (from, to) = if contained { (z - high, z - low) } else { (-height, height) };
+            let (from, to) = (from.max(-height), to.min(height));
+            if from >= to {
+                return 0.0;
+            }
+            let edge = |i: u32| from + (to - from) * f64::from(i) / f64::from(SLICES);
             (0..SLICES)
                 .map(|i| {
                     let centre = z - 0.5 * (edge(i) + edge(i + 1));
-                    if contained && !(low..=high).contains(&centre) {
-                        return 0.0;
-                    }
                     profile.at(centre / h_layer)
                         * (below(edge(i + 1), body, axes) - below(edge(i), body, axes))
                 })

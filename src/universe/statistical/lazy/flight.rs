@@ -79,8 +79,8 @@ struct Boundary {
 const NOWHERE: Boundary =
     Boundary { distance: f64::INFINITY, surface: Left::Nothing, enters: false, body: NONE };
 
-/// The ray is where no wall is said to be.
-struct Misplaced;
+/// The medium at the ray is not the one that it is said to be in.
+pub(super) struct Misplaced;
 
 /// In a sheet of one solid, from outside all walls: the first wall ahead.
 #[inline]
@@ -145,7 +145,7 @@ impl<E: Exactness> LazyUniverse<E> {
         m: &mut Memory,
         reach: f64,
         rng: &mut Stream,
-    ) -> Option<Change> {
+    ) -> Result<Option<Change>, Misplaced> {
         let layer = usize::from(place.layer);
         let mean_free = self.sheet.rates[layer].last().map_or(f64::INFINITY, |rate| 1.0 / rate);
         let mut scanned = f64::NEG_INFINITY;
@@ -158,7 +158,7 @@ impl<E: Exactness> LazyUniverse<E> {
                 horizon = reach.min(at + mean_free);
                 self.touch(ray, place, horizon, m);
             }
-            if let Some(change) = self.first_change(ray, place, m, scanned, stop) {
+            if let Some(change) = self.first_change(ray, place, m, scanned, stop)? {
                 break (Some(change), change.distance);
             }
             if at >= reach {
@@ -176,7 +176,7 @@ impl<E: Exactness> LazyUniverse<E> {
             }
             m.keep(&mut place.past, ray, end, place.layer);
         }
-        found
+        Ok(found)
     }
 
     /// Asks for an unknown body whose surface the ray meets at distance `at`: it is known from now on. Its
@@ -306,33 +306,48 @@ impl<E: Exactness> LazyUniverse<E> {
 
     /// The first change of medium among the touched bodies behind `scanned` and up to `stop`.
     #[inline]
-    fn first_change(&self, ray: &Ray, place: &Place, m: &Memory, scanned: f64, stop: f64) -> Option<Change> {
+    fn first_change(
+        &self,
+        ray: &Ray,
+        place: &Place,
+        m: &Memory,
+        scanned: f64,
+        stop: f64,
+    ) -> Result<Option<Change>, Misplaced> {
         let Some(wall) = self.only_wall else { return self.any_change(ray, place, m, scanned, stop) };
         let found = if place.medium == wall { way_out(&m.touched) } else { way_in(&m.touched) };
         let Ok(found) = found else {
-            return self.groove(ray, place, m, self.sheet.layers[usize::from(place.layer)].slab.pore);
+            let pore = self.sheet.layers[usize::from(place.layer)].slab.pore;
+            return self.groove(ray, place, m, pore).map(Some);
         };
         if found.body == NONE || found.distance > stop {
-            return None;
+            return Ok(None);
         }
         let Boundary { distance, surface, enters, body } = found;
         let beyond =
             if place.medium == wall { self.sheet.layers[usize::from(place.layer)].slab.pore } else { wall };
-        Some(Change { distance, body, surface, enters, beyond, layer: place.layer, outward: None })
+        Ok(Some(Change { distance, body, surface, enters, beyond, layer: place.layer, outward: None }))
     }
 
     /// The same for any number of media and any rule.
-    fn any_change(&self, ray: &Ray, place: &Place, m: &Memory, scanned: f64, stop: f64) -> Option<Change> {
+    fn any_change(
+        &self,
+        ray: &Ray,
+        place: &Place,
+        m: &Memory,
+        scanned: f64,
+        stop: f64,
+    ) -> Result<Option<Change>, Misplaced> {
         let pore = self.sheet.layers[usize::from(place.layer)].slab.pore;
         let mut from = scanned;
         if scanned < 0.0 {
             if medium_behind(&m.touched, 0.0, self.overlap, pore) != place.medium {
-                return self.groove(ray, place, m, pore);
+                return self.groove(ray, place, m, pore).map(Some);
             }
             from = 0.0;
         }
         if m.touched.is_empty() {
-            return None;
+            return Ok(None);
         }
         loop {
             let mut next = Boundary { distance: stop, ..NOWHERE };
@@ -340,21 +355,23 @@ impl<E: Exactness> LazyUniverse<E> {
                 boundaries(b).into_iter().for_each(|boundary| next.offer(boundary, b.body, from));
             }
             if next.body == NONE {
-                return None;
+                return Ok(None);
             }
             let Boundary { distance, surface, enters, body } = next;
             let beyond = medium_behind(&m.touched, distance, self.overlap, pore);
             if beyond != place.medium {
                 let layer = place.layer;
-                return Some(Change { distance, body, surface, enters, beyond, layer, outward: None });
+                return Ok(Some(Change { distance, body, surface, enters, beyond, layer, outward: None }));
             }
             from = distance;
         }
     }
 
     /// The ray stands in the groove between two bodies, and rounding has put it beyond the second
-    /// surface: it meets that surface where it stands.
-    fn groove(&self, ray: &Ray, place: &Place, m: &Memory, pore: MediumId) -> Option<Change> {
+    /// surface: it meets that surface where it stands. No surface nearby: the ray is lost.
+    fn groove(&self, ray: &Ray, place: &Place, m: &Memory, pore: MediumId) -> Result<Change, Misplaced> {
+        /// Largest distance that rounding can explain, in half widths.
+        const ROUNDING: f64 = 1e-7;
         let mut nearest: Option<((f64, Left, bool), u32)> = None;
         let mut index = place.past.sighting;
         while index != NONE {
@@ -370,15 +387,21 @@ impl<E: Exactness> LazyUniverse<E> {
                 }
             }
         }
-        let ((_, surface, enters), body) = nearest?;
+        let ((t, surface, enters), body) = nearest.ok_or(Misplaced)?;
+        if t.abs() > ROUNDING * m.bodies[body as usize].body.outer.a {
+            return Err(Misplaced);
+        }
         let beyond = medium_behind(&m.touched, 0.0, self.overlap, pore);
-        Some(Change { distance: 0.0, body, surface, enters, beyond, layer: place.layer, outward: None })
+        Ok(Change { distance: 0.0, body, surface, enters, beyond, layer: place.layer, outward: None })
     }
 
     /// Adds the body just learnt to the flight; the medium behind its surface, if that is a change.
     fn enters(&self, ray: &Ray, place: &Place, m: &mut Memory, body: u32, at: f64) -> Option<MediumId> {
         let mut t = Self::touched(ray, place, body, m)?;
         t.spans.from = at;
+        if t.spans.meets_lumen() && t.spans.surfaces[2] == Left::Cap {
+            t.spans.lumen_from = at; // the opening begins at the same end
+        }
         m.touched.push(t);
         let pore = self.sheet.layers[usize::from(place.layer)].slab.pore;
         let beyond = medium_behind(&m.touched, at, self.overlap, pore);

@@ -72,12 +72,12 @@ pub(super) struct Segment {
 }
 
 impl Segment {
-    /// Whether a body holds a point of the segment (or its wall does: the planted fault).
+    /// Whether a body holds a point of the segment (the planted fault: and the segment misses its lumen).
     #[inline]
     fn meets(&self, body: &Body, whole: bool) -> bool {
         let Some(s) = body.spans(self.from, self.dir, None) else { return false };
         let (a, b) = (s.from.max(0.0), s.to.min(self.length));
-        a <= b && (whole || !(s.lumen_from <= a && s.lumen_to >= b))
+        a <= b && (whole || s.lumen_from >= b || s.lumen_to <= a)
     }
 }
 

@@ -162,10 +162,12 @@ impl<E: Exactness> LazyUniverse<E> {
         }
         let slab = &self.sheet.layers[usize::from(place.layer)].slab;
         let (to_plane, face) = plane_ahead(ray, slab.top, slab.bottom);
-        if let Some(change) = self.fly(ray, place, m, limit.min(to_plane), rng) {
-            return self.surface(ray, &change, m);
-        }
         let nothing = |next| Answer { next, met: Met::Nothing };
+        match self.fly(ray, place, m, limit.min(to_plane), rng) {
+            Ok(Some(change)) => return self.surface(ray, &change, m),
+            Ok(None) => {}
+            Err(_) => return nothing(Next::Lost),
+        }
         if to_plane <= limit && to_plane.is_finite() {
             return self.plane(face, to_plane, ray, place, m, rng);
         }
