@@ -28,9 +28,9 @@ pub fn polar(xi: f64, g: f64) -> (f64, f64, f64) {
     let ax = a * x;
     let d = b + 2.0 * ax;
     let scale = 2.0 / (d * d);
-    let near = scale * y * b * b * (1.0 + ax);
-    let far = scale * x * c * c * (b + ax);
-    let sin = scale * b * c * (x * y * (1.0 + ax) * (b + ax)).sqrt();
+    let (near, far) = (y * (1.0 + ax), x * (b + ax));
+    let sin = (b * c) * (near * far).sqrt() * scale;
+    let (near, far) = ((b * b) * near * scale, (c * c) * far * scale);
     if g < 0.0 { (far, near, sin) } else { (near, far, sin) }
 }
 
