@@ -151,7 +151,8 @@ fn stay<U: Universe, S: Scorer<N>, const N: usize>(
             return false;
         }
         let free = medium.free_path(rng);
-        match world.universe.next(&path.ray, &mut path.place, &mut h.memory, free, rng) {
+        let next = world.universe.next(&path.ray, &mut path.place, &mut h.memory, free, rng);
+        match &next {
             Next::Limit => {
                 // Drawn first: the next flight waits for it, nothing waits for the attenuation.
                 let dir = medium.scatter(path.ray.dir, rng);
@@ -167,11 +168,11 @@ fn stay<U: Universe, S: Scorer<N>, const N: usize>(
             }
             Next::Interface(at) => {
                 return attenuate(world, medium, path, at.distance, h, tally, rng)
-                    && meet(world, medium, path, &at, h, tally, rng)
+                    && meet(world, medium, path, at, h, tally, rng)
                     && roulette(world, path, h, rng);
             }
             Next::Edge { face, distance } => {
-                return leave(world, medium, path, face, distance, h, tally, rng);
+                return leave(world, medium, path, *face, *distance, h, tally, rng);
             }
             Next::Lost => {
                 add(&mut h.ledger.lost, &path.power);
@@ -241,7 +242,7 @@ pub fn attenuate<U: Universe, S: Scorer<N>, const N: usize>(
 }
 
 /// A surface event, paper (18) and (19).
-#[inline]
+#[inline(always)]
 fn meet<U: Universe, S: Scorer<N>, const N: usize>(
     world: &World<U, N>,
     here: &Medium<N>,
@@ -265,7 +266,7 @@ fn meet<U: Universe, S: Scorer<N>, const N: usize>(
 }
 
 /// Carries out what a surface has decided.
-#[inline]
+#[inline(always)]
 pub fn settle<U: Universe, S: Scorer<N>, const N: usize>(
     world: &World<U, N>,
     path: &mut Path<U::Place, N>,
