@@ -11,7 +11,7 @@ pub mod quadratic;
 
 pub use frame::{Frame, orthonormal};
 pub use glam::DVec3;
-pub use std::f64::consts::{FRAC_PI_2, PI, TAU};
+pub use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
 
 /// Natural logarithm.
 #[inline]

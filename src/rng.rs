@@ -5,6 +5,9 @@
 //! run in any order, on any machine, alone or together, and draw the same numbers. Streams are never
 //! made by `advance`: such streams correlate.
 
+mod ziggurat;
+
+use crate::math::{FRAC_PI_4, fast};
 use rand_pcg::{Pcg64Dxsm, rand_core::Rng};
 
 /// What a stream is for: two purposes of one history never share a number.
@@ -31,6 +34,12 @@ fn mix(mut z: u64) -> u64 {
     z ^ (z >> 31)
 }
 
+/// The upper 53 bits as a number in [0, 1).
+#[inline]
+fn unit(bits: u64) -> f64 {
+    (bits >> 11) as f64 * (1.0 / 9_007_199_254_740_992.0)
+}
+
 impl Stream {
     /// The stream of one history (or realisation) of a run.
     #[inline]
@@ -53,7 +62,7 @@ impl Stream {
     /// Uniform on [0, 1), 53 bits.
     #[inline]
     pub fn uniform(&mut self) -> f64 {
-        (self.bits() >> 11) as f64 * (1.0 / 9_007_199_254_740_992.0)
+        unit(self.bits())
     }
 
     /// Uniform on (0, 1], 53 bits: the argument of a logarithm.
@@ -62,16 +71,54 @@ impl Stream {
         ((self.bits() >> 11) + 1) as f64 * (1.0 / 9_007_199_254_740_992.0)
     }
 
-    /// Exponential variate with mean 1: −ln u, u uniform on (0, 1].
+    /// Exponential variate with mean 1, by the ziggurat: 98.9 of 100 draws take one multiplication and
+    /// one comparison. 8 bits choose the layer, 53 others the place in it.
     #[inline]
     pub fn exponential(&mut self) -> f64 {
-        -crate::math::fast::ln(self.uniform_positive())
+        let (layer, x) = self.in_layer();
+        if x < ziggurat::EDGE[layer + 1] { x } else { self.exponential_edge(layer, x) }
     }
 
-    /// Cosine and sine of a uniform azimuth.
+    #[inline]
+    fn in_layer(&mut self) -> (usize, f64) {
+        let bits = self.bits();
+        let layer = (bits & 0xff) as usize;
+        (layer, unit(bits) * ziggurat::EDGE[layer])
+    }
+
+    /// What falls on the rim of a layer is accepted under the curve; the tail is the law itself, moved.
+    #[cold]
+    #[inline(never)]
+    fn exponential_edge(&mut self, mut layer: usize, mut x: f64) -> f64 {
+        let mut beyond = 0.0;
+        loop {
+            let inner = ziggurat::EDGE[layer + 1];
+            if x < inner {
+                return beyond + x;
+            }
+            if layer == 0 {
+                beyond += ziggurat::TAIL;
+            } else {
+                let (low, high) = (fast::exp(-ziggurat::EDGE[layer]), fast::exp(-inner));
+                if low + self.uniform() * (high - low) < fast::exp(-x) {
+                    return beyond + x;
+                }
+            }
+            (layer, x) = self.in_layer();
+        }
+    }
+
+    /// Cosine and sine of a uniform azimuth; absolute error below 2.5e-16.
+    ///
+    /// A uniform angle on ±π/4 and two more bits: one swaps the axes, one turns to the other side.
     #[inline]
     pub fn azimuth(&mut self) -> (f64, f64) {
-        crate::math::fast::cos_sin_turn(self.uniform())
+        let bits = self.bits();
+        let angle = (bits.cast_signed() >> 11) as f64 * (FRAC_PI_4 / 4_503_599_627_370_496.0);
+        let (c, s) = fast::cos_sin_eighth(angle);
+        let (c, s, side) = (c.to_bits(), s.to_bits(), (bits & 2) << 62);
+        let swap = (c ^ s) & (bits & 1).wrapping_neg() ^ side;
+        (f64::from_bits(c ^ swap), f64::from_bits(s ^ swap))
     }
 
     /// Standard normal variate (Box–Muller, one of the pair).
@@ -116,6 +163,66 @@ mod tests {
     }
     const PINNED_0: [u64; 3] = [9004233200079635120, 10716909521572744637, 10892681980994396528];
     const PINNED_1: [u64; 3] = [16588283387482491735, 15640702891698913363, 14378095005981100703];
+
+    #[test]
+    fn ziggurat_layers_have_equal_area() {
+        use ziggurat::{AREA, EDGE, TAIL};
+        assert!((TAIL * pxfm::f_exp(-TAIL) + pxfm::f_exp(-TAIL) - AREA).abs() < 1e-17);
+        assert!((EDGE[0] * pxfm::f_exp(-TAIL) - AREA).abs() < 1e-17);
+        for i in 1..256 {
+            let area = EDGE[i] * (pxfm::f_exp(-EDGE[i + 1]) - pxfm::f_exp(-EDGE[i]));
+            assert!((area / AREA - 1.0).abs() < 1e-12, "layer {i}: {area}");
+        }
+        assert_eq!(EDGE[256], 0.0);
+    }
+
+    /// Chi-square over bins of equal probability, the last one deep in the tail, and the first moments.
+    #[test]
+    fn exponential_follows_its_law() {
+        const BINS: usize = 4000;
+        let (n, mut counts, mut sums, mut far) = (20_000_000_u64, vec![0_u64; BINS], [0.0; 3], 0_u64);
+        let mut rng = Stream::of(20_261_122, 0, 7, Purpose::Probe);
+        for _ in 0..n {
+            let x = rng.exponential();
+            assert!((0.0..80.0).contains(&x));
+            counts[((1.0 - pxfm::f_exp(-x)) * BINS as f64) as usize] += 1;
+            far += u64::from(x > 10.0);
+            for (k, s) in sums.iter_mut().enumerate() {
+                *s += x.powi(k as i32 + 1);
+            }
+        }
+        let (n, dof) = (n as f64, BINS as f64 - 1.0);
+        let expected = n / BINS as f64;
+        let chi2: f64 = counts.iter().map(|&c| (c as f64 - expected).powi(2) / expected).sum();
+        assert!(((chi2 - dof) / (2.0 * dof).sqrt()).abs() < 4.0, "chi-square {chi2} of {dof}");
+        let tail = n * pxfm::f_exp(-10.0);
+        assert!((far as f64 - tail).abs() < 4.0 * tail.sqrt(), "{far} beyond 10, expected {tail}");
+        for (k, (mean, variance)) in [(1.0, 1.0), (2.0, 20.0), (6.0, 684.0)].into_iter().enumerate() {
+            let z = (sums[k] / n - mean) / (f64::sqrt(variance / n));
+            assert!(z.abs() < 4.0, "moment {}: z = {z}", k + 1);
+        }
+    }
+
+    #[test]
+    fn azimuth_is_a_uniform_turn() {
+        let (n, mut counts, mut worst) = (4_000_000_u64, [0_u64; 64], 0.0_f64);
+        let mut rng = Stream::of(20_261_122, 0, 8, Purpose::Probe);
+        for _ in 0..n {
+            let bits = rng.clone().bits();
+            let (c, s) = rng.azimuth();
+            // The angle over π, within an eighth of a turn; then the axes and the side.
+            let angle = (bits.cast_signed() >> 11) as f64 / 18_014_398_509_481_984.0;
+            let (x, y) = (pxfm::f_cospi(angle), pxfm::f_sinpi(angle));
+            let (x, y) = if bits & 1 == 1 { (y, x) } else { (x, y) };
+            let side = if bits & 2 == 2 { -1.0 } else { 1.0 };
+            worst = worst.max((c - side * x).abs()).max((s - side * y).abs());
+            counts[(pxfm::f_atan2pi(s, c) * 32.0 + 32.0).min(63.0) as usize] += 1;
+        }
+        assert!(worst <= 2.5e-16, "{worst}");
+        let expected = n as f64 / 64.0;
+        let chi2: f64 = counts.iter().map(|&c| (c as f64 - expected).powi(2) / expected).sum();
+        assert!(((chi2 - 63.0) / 126_f64.sqrt()).abs() < 4.0, "chi-square {chi2} of 63");
+    }
 
     #[test]
     fn neighbouring_histories_do_not_correlate() {

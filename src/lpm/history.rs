@@ -1,7 +1,7 @@
 //! The event loop: one history from source to fate.
 
 use super::ledger::{Ledger, add, largest, scaled};
-use super::light::Light;
+use super::light::{Light, Medium};
 use super::surface::{Fate, Meeting};
 use crate::math::{DVec3, fast};
 use crate::rng::Stream;
@@ -109,71 +109,109 @@ pub fn trace<U: Universe, S: Scorer<N>, const N: usize>(
     let start = world.universe.enter(&ray, &mut h.memory, rng);
     let mut path =
         Path { ray, place: start.place, medium: start.medium, power: [1.0; N], sheet: 0, deepest: 0 };
+    let Some(split) = world.split else {
+        while stay(world, &mut path, h, tally, rng) {}
+        return;
+    };
     loop {
-        while step(world, &mut path, h, tally, rng) {}
+        while counted(world, &path, h) && split.step(world, &mut path, h, tally, rng) {}
         let Some(branch) = h.bank.pop() else { return };
         path = branch;
     }
 }
 
-/// One event: free path, next interface, attenuation, subsurface or surface event, fate. True while
-/// the ray lives.
+/// Counts an event; false, and the power is truncated, past the cap.
 #[inline]
-fn step<U: Universe, S: Scorer<N>, const N: usize>(
+fn counted<U: Universe, const N: usize>(
     world: &World<U, N>,
-    path: &mut Path<U::Place, N>,
+    path: &Path<U::Place, N>,
     h: &mut History<U, N>,
-    tally: &mut S,
-    rng: &mut Stream,
 ) -> bool {
     h.events += 1;
     if h.events > world.event_cap {
         add(&mut h.ledger.truncated, &path.power);
         return false;
     }
-    if let Some(split) = world.split {
-        return split.step(world, path, h, tally, rng);
-    }
+    true
+}
+
+/// A stay in one medium: free path, next interface, attenuation, subsurface event, again and again
+/// until the ray meets an interface, leaves, or ends. True while the ray lives.
+#[inline(always)]
+fn stay<U: Universe, S: Scorer<N>, const N: usize>(
+    world: &World<U, N>,
+    path: &mut Path<U::Place, N>,
+    h: &mut History<U, N>,
+    tally: &mut S,
+    rng: &mut Stream,
+) -> bool {
     let medium = &world.light.media[usize::from(path.medium.0)];
-    let free = medium.free_path(rng);
-    let next = world.universe.next(&path.ray, &mut path.place, &mut h.memory, free, rng);
-    let distance = match &next {
-        Next::Limit => free,
-        Next::Interface(at) => at.distance,
-        Next::Edge { distance, .. } => *distance,
-        Next::Lost => {
-            add(&mut h.ledger.lost, &path.power);
+    loop {
+        if !counted(world, path, h) {
             return false;
         }
-    };
-    if !attenuate(world, path, distance, h, tally, rng) {
-        return false;
-    }
-    let lives = match &next {
-        Next::Interface(at) => meet(world, path, at, h, tally, rng),
-        Next::Edge { face, .. } => edge(world, path, *face, h, tally, rng),
-        _ => {
-            tally.scattered(path);
-            path.ray.dir = medium.scatter(path.ray.dir, rng);
-            world.universe.moved(&path.ray, &mut path.place, &mut h.memory, free);
-            true
+        let free = medium.free_path(rng);
+        let next = world.universe.next(&path.ray, &mut path.place, &mut h.memory, free, rng);
+        match &next {
+            Next::Limit => {
+                // Drawn first: the next flight waits for it, nothing waits for the attenuation.
+                let dir = medium.scatter(path.ray.dir, rng);
+                if !attenuate(world, medium, path, free, h, tally, rng) {
+                    return false;
+                }
+                tally.scattered(path);
+                path.ray.dir = dir;
+                world.universe.moved(&path.ray, &mut path.place, &mut h.memory, free);
+                if !roulette(world, path, h, rng) {
+                    return false;
+                }
+            }
+            Next::Interface(at) => {
+                return attenuate(world, medium, path, at.distance, h, tally, rng)
+                    && meet(world, medium, path, at, h, tally, rng)
+                    && roulette(world, path, h, rng);
+            }
+            Next::Edge { face, distance } => {
+                return leave(world, medium, path, *face, *distance, h, tally, rng);
+            }
+            Next::Lost => {
+                add(&mut h.ledger.lost, &path.power);
+                return false;
+            }
         }
-    };
-    lives && roulette(world, path, h, rng)
+    }
+}
+
+/// The last flight before a face of the sheet, and what happens there.
+#[inline(never)]
+#[allow(clippy::too_many_arguments)]
+fn leave<U: Universe, S: Scorer<N>, const N: usize>(
+    world: &World<U, N>,
+    medium: &Medium<N>,
+    path: &mut Path<U::Place, N>,
+    face: Face,
+    distance: f64,
+    h: &mut History<U, N>,
+    tally: &mut S,
+    rng: &mut Stream,
+) -> bool {
+    attenuate(world, medium, path, distance, h, tally, rng)
+        && edge(world, path, face, h, tally, rng)
+        && roulette(world, path, h, rng)
 }
 
 /// Moves the ray by `distance` and leaves the absorbed share behind: 1 − e^(−µa s), paper (15) and (17)
 /// in exact form. False if analog absorption took the ray.
-#[inline]
+#[inline(always)]
 pub fn attenuate<U: Universe, S: Scorer<N>, const N: usize>(
     world: &World<U, N>,
+    medium: &Medium<N>,
     path: &mut Path<U::Place, N>,
     distance: f64,
     h: &mut History<U, N>,
     tally: &mut S,
     rng: &mut Stream,
 ) -> bool {
-    let medium = &world.light.media[usize::from(path.medium.0)];
     let mut absorbed = [0.0; N];
     let mut alive = true;
     if medium.absorbs {
@@ -204,17 +242,17 @@ pub fn attenuate<U: Universe, S: Scorer<N>, const N: usize>(
 }
 
 /// A surface event, paper (18) and (19).
-#[inline]
-pub fn meet<U: Universe, S: Scorer<N>, const N: usize>(
+#[inline(always)]
+fn meet<U: Universe, S: Scorer<N>, const N: usize>(
     world: &World<U, N>,
+    here: &Medium<N>,
     path: &mut Path<U::Place, N>,
     at: &Interface,
     h: &mut History<U, N>,
     tally: &mut S,
     rng: &mut Stream,
 ) -> bool {
-    let media = &world.light.media;
-    let (here, beyond) = (&media[usize::from(path.medium.0)], &media[usize::from(at.beyond.0)]);
+    let beyond = &world.light.media[usize::from(at.beyond.0)];
     let law = &world.light.surfaces[usize::from(at.surface.0)];
     if law.transparent(here, beyond) {
         world.universe.crossed(&mut path.ray, &mut path.place, &mut h.memory, at);
@@ -228,7 +266,7 @@ pub fn meet<U: Universe, S: Scorer<N>, const N: usize>(
 }
 
 /// Carries out what a surface has decided.
-#[inline]
+#[inline(always)]
 pub fn settle<U: Universe, S: Scorer<N>, const N: usize>(
     world: &World<U, N>,
     path: &mut Path<U::Place, N>,

@@ -26,6 +26,16 @@ impl<const N: usize> Default for Ledger<N> {
 }
 
 impl<const N: usize> Ledger<N> {
+    /// Anything beside absorption and escape, in any lane.
+    #[inline]
+    pub fn rare(&self) -> bool {
+        let rare = |i: usize| {
+            let (a, b) = (self.roulette[i] != 0.0, self.masked[i] != 0.0);
+            a | b | (self.lost[i] != 0.0) | (self.truncated[i] != 0.0)
+        };
+        (0..N).any(rare)
+    }
+
     /// |1 − sum of all entries|, the worst lane of the first `lanes`.
     pub fn imbalance(&self, lanes: usize) -> f64 {
         (0..lanes)

@@ -30,8 +30,10 @@ pub struct Medium<const N: usize> {
     pub mu_a: [f64; N],
     /// Any lane absorbs.
     pub absorbs: bool,
-    /// Scattering coefficient, 1/µm, the same in all lanes.
+    /// Scattering coefficient, 1/µm, the same in all lanes; set by [`Medium::with`].
     pub mu_s: f64,
+    /// 1/µs, µm.
+    mean_free_path: f64,
     /// Phase function.
     pub phase: Phase,
     /// Sphere Area Partitioning of the phase function; `None`: the continuous law.
@@ -58,6 +60,7 @@ impl<const N: usize> Medium<N> {
             mu_a: [0.0; N],
             absorbs: false,
             mu_s: 0.0,
+            mean_free_path: f64::INFINITY,
             phase: Phase::Isotropic,
             sap: None,
         }
@@ -67,6 +70,7 @@ impl<const N: usize> Medium<N> {
     pub fn with(mut self, mu_a: [f64; N], mu_s: f64, phase: Phase) -> Self {
         self.absorbs = mu_a.iter().any(|&x| x > 0.0);
         (self.mu_a, self.mu_s, self.phase) = (mu_a, mu_s, phase);
+        self.mean_free_path = 1.0 / mu_s;
         self
     }
 
@@ -74,11 +78,11 @@ impl<const N: usize> Medium<N> {
     /// (and then no number is drawn).
     #[inline]
     pub fn free_path(&self, rng: &mut Stream) -> f64 {
-        if self.mu_s > 0.0 { rng.exponential() / self.mu_s } else { f64::INFINITY }
+        if self.mu_s > 0.0 { rng.exponential() * self.mean_free_path } else { f64::INFINITY }
     }
 
     /// New direction after a subsurface event.
-    #[inline]
+    #[inline(always)]
     pub fn scatter(&self, dir: DVec3, rng: &mut Stream) -> DVec3 {
         match &self.sap {
             None => self.phase.scatter(dir, rng),

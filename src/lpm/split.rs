@@ -47,13 +47,14 @@ impl Split {
         if !self.scatter(world, path, distance, h, tally, rng) {
             return false;
         }
+        let medium = &world.light.media[usize::from(path.medium.0)];
         match next {
             Next::Interface(at) => {
-                attenuate(world, path, distance, h, tally, rng);
+                attenuate(world, medium, path, distance, h, tally, rng);
                 self.meet(world, path, &at, h, tally, rng)
             }
             Next::Edge { face, .. } => {
-                attenuate(world, path, distance, h, tally, rng);
+                attenuate(world, medium, path, distance, h, tally, rng);
                 edge(world, path, face, h, tally, rng)
             }
             Next::Limit | Next::Lost => false,
@@ -83,7 +84,7 @@ impl Split {
         for (p, b) in path.power.iter_mut().zip(&branch.power) {
             *p -= b;
         }
-        attenuate(world, &mut branch, depth, h, tally, rng);
+        attenuate(world, medium, &mut branch, depth, h, tally, rng);
         tally.scattered(&branch);
         let frame = sap.frame(branch.ray.dir, rng);
         for (patch, &ratio) in sap.sap.ratios().iter().enumerate() {

@@ -140,33 +140,70 @@ impl Dielectric {
 /// Interface between two dielectrics, real indices `n1` (incident side) and `n2`, µ2 = µ1, `cos_i`
 /// in [0, 1]: the fast path of transport.
 ///
-/// T⊥ = 4 η cosθi cosθt/(cosθi + η cosθt)², T∥ = 4 η cosθi cosθt/(η cosθi + cosθt)²; η cosθt = q by
-/// Snell's law (10). Total reflection where q² ≤ 0. Equal indices: R = 0 at every angle.
+/// T⊥ = 4ab/S², T∥ = 4 n2² ab/P² with the normal components of the wave vectors a = n1 cosθi and
+/// b = n2 cosθt (Snell's law (10): b² = n2² − n1² sin²θi), S = a + b, P = n2² cosθi + n1 b. Total
+/// reflection where b² ≤ 0. Equal indices: R = 0 at every angle.
 #[inline]
 pub fn dielectric(n1: f64, n2: f64, cos_i: f64) -> Dielectric {
     let c = cos_i;
-    let d = (n2 - n1) * (n2 + n1) / (n1 * n1);
+    let d = (n2 - n1) * (n2 + n1);
     if d == 0.0 {
         return Dielectric { r: 0.0, t: 1.0, cos_t: c };
     }
-    let eta2 = (n2 / n1) * (n2 / n1);
-    let steep = eta2 < 0.5 && c * c > 0.5;
-    let q2 = if steep { eta2 - (1.0 - c) * (1.0 + c) } else { d + c * c };
-    if q2 <= 0.0 {
-        return Dielectric::TOTAL;
-    }
-    let q = q2.sqrt();
-    let (s, p) = (1.0 / (c + q), 1.0 / (eta2 * c + q));
-    let t = 2.0 * c * q * (s * s + eta2 * (p * p));
+    let Some(normal) = NormalComponents::new(n1, n2, c) else { return Dielectric::TOTAL };
+    let NormalComponents { a, b, .. } = normal;
+    let (s, p) = (1.0 / (a + b), 1.0 / (n2 * n2 * c + n1 * b));
+    let t = 2.0 * a * b * (s * s + n2 * n2 * (p * p));
     let (r, t) = if t < 0.5 {
         (1.0 - t, t)
     } else {
         let rs = d * s * s;
-        let rp = d * (eta2 * (c * c) - (1.0 - c) * (1.0 + c)) * p * p;
+        let rp = d * (n2 * n2 * (c * c) - n1 * n1 * ((1.0 - c) * (1.0 + c))) * p * p;
         let r = 0.5 * (rs * rs + rp * rp);
         (r, 1.0 - r)
     };
-    Dielectric { r, t, cos_t: (q * (n1 / n2)).min(1.0) }
+    Dielectric { r, t, cos_t: (b / n2).min(1.0) }
+}
+
+/// Normal components of the wave vectors on both sides of an interface between dielectrics, over the
+/// vacuum one: a = n1 cosθi, b = n2 cosθt.
+#[derive(Clone, Copy, Debug)]
+pub struct NormalComponents {
+    n1: f64,
+    n2: f64,
+    cos_i: f64,
+    a: f64,
+    b: f64,
+}
+
+impl NormalComponents {
+    /// `None` in total reflection, b² = n2² − n1² sin²θi ≤ 0.
+    #[inline]
+    pub fn new(n1: f64, n2: f64, cos_i: f64) -> Option<Self> {
+        let (c, a) = (cos_i, n1 * cos_i);
+        // The form with the smaller terms: a choice of values, not of ways.
+        let small = n2 * n2 - n1 * n1 * ((1.0 - c) * (1.0 + c));
+        let large = (n2 - n1) * (n2 + n1) + a * a;
+        let b2 = if n2 * n2 < 0.5 * (n1 * n1) { small } else { large };
+        (b2 > 0.0).then(|| NormalComponents { n1, n2, cos_i, a, b: b2.sqrt() })
+    }
+
+    /// Whether `u`, uniform on [0, 1), falls on the transmitted share, u < T, multiplied out: a draw
+    /// does not wait for a division.
+    #[inline]
+    pub fn transmits(&self, u: f64) -> bool {
+        let &NormalComponents { n1, n2, cos_i, a, b } = self;
+        let (s, p) = (a + b, n2 * n2 * cos_i + n1 * b);
+        let (s2, p2) = (s * s, p * p);
+        u * (s2 * p2) < 2.0 * a * b * (p2 + n2 * n2 * s2)
+    }
+
+    /// Direction of the refracted ray: (n1 u + (a − b) n)/n2, unit where `dir` and `normal` (against the
+    /// ray) are.
+    #[inline]
+    pub fn refract(&self, dir: DVec3, normal: DVec3) -> DVec3 {
+        (dir * self.n1 + normal * (self.a - self.b)) * (1.0 / self.n2)
+    }
 }
 
 /// κ/n below which the incident medium counts as transparent at an interface (its absorption along

@@ -21,17 +21,23 @@ use crate::rng::Stream;
 /// and cos(ξ; g) = −cos(1 − ξ; |g|) for g < 0.
 #[inline]
 pub fn polar(xi: f64, g: f64) -> (f64, f64, f64) {
-    let a = g.abs();
-    let (x, y) = if g < 0.0 { (1.0 - xi, xi) } else { (xi, 1.0 - xi) };
-    let b = 1.0 - a;
-    let c = 1.0 + a;
-    let ax = a * x;
+    if g < 0.0 {
+        let (far, near, sin) = forward(1.0 - xi, xi, -g);
+        (near, far, sin)
+    } else {
+        forward(xi, 1.0 - xi, g)
+    }
+}
+
+/// [`polar`] at x = ξ, y = 1 − ξ for g = a ≥ 0.
+#[inline]
+fn forward(x: f64, y: f64, a: f64) -> (f64, f64, f64) {
+    let (b, c, ax) = (1.0 - a, 1.0 + a, a * x);
     let d = b + 2.0 * ax;
     let scale = 2.0 / (d * d);
-    let near = scale * y * b * b * (1.0 + ax);
-    let far = scale * x * c * c * (b + ax);
-    let sin = scale * b * c * (x * y * (1.0 + ax) * (b + ax)).sqrt();
-    if g < 0.0 { (far, near, sin) } else { (near, far, sin) }
+    let (near, far) = (y * (1.0 + ax), x * (b + ax));
+    let sin = (b * c) * (near * far).sqrt() * scale;
+    ((b * b) * near * scale, (c * c) * far * scale, sin)
 }
 
 /// 1 + g² − 2g cos θ, as a sum of positive terms.

@@ -92,8 +92,14 @@ impl Phase {
     }
 
     /// Draws a scattering angle.
-    #[inline]
+    #[inline(always)]
     pub fn sample(&self, rng: &mut Stream) -> Polar {
+        if let Phase::HenyeyGreenstein(g) = self { hg::sample(*g, rng) } else { self.sample_other(rng) }
+    }
+
+    /// Out of the way of the commonest law.
+    #[inline(never)]
+    fn sample_other(&self, rng: &mut Stream) -> Polar {
         match self {
             Phase::HenyeyGreenstein(g) => hg::sample(*g, rng),
             Phase::Isotropic => hg::sample(0.0, rng),
@@ -147,7 +153,7 @@ impl Phase {
 
     /// New direction (unit) of light that travelled along `dir` (unit): a drawn angle and a uniform
     /// azimuth.
-    #[inline]
+    #[inline(always)]
     pub fn scatter(&self, dir: DVec3, rng: &mut Stream) -> DVec3 {
         let polar = self.sample(rng);
         let (cos_p, sin_p) = rng.azimuth();

@@ -16,11 +16,13 @@ use crate::universe::{Face, Interface, MediumId};
 #[derive(Debug)]
 pub struct Tally<'a, const N: usize> {
     layout: &'a Layout,
+    /// More than totals is asked for of every step.
+    steps: bool,
     /// Scores of the present history.
-    now: Vec<[f64; N]>,
-    /// Cells that the present history has touched.
+    now: Vec<Score<N>>,
+    /// Cells that the present history has touched: the first `count`.
     touched: Vec<u32>,
-    marked: Vec<bool>,
+    count: usize,
     /// Per cell: sums of w, w², w³, w⁴ over histories.
     sums: Vec<[[f64; N]; 4]>,
     histories: u64,
@@ -30,15 +32,23 @@ pub struct Tally<'a, const N: usize> {
     capped: u64,
 }
 
+/// What the present history has scored in a cell.
+#[derive(Clone, Debug)]
+struct Score<const N: usize> {
+    power: [f64; N],
+    touched: bool,
+}
+
 impl<'a, const N: usize> Tally<'a, N> {
     /// Empty cells.
     pub fn new(layout: &'a Layout) -> Self {
         let n = layout.cells();
         Tally {
             layout,
-            now: vec![[0.0; N]; n],
-            touched: Vec::with_capacity(64),
-            marked: vec![false; n],
+            steps: layout.checkpoint.is_some() || layout.path || layout.depth.is_some(),
+            now: vec![Score { power: [0.0; N], touched: false }; n],
+            touched: vec![0; n + 1],
+            count: 0,
             sums: vec![[[0.0; N]; 4]; n],
             histories: 0,
             events: 0,
@@ -50,15 +60,42 @@ impl<'a, const N: usize> Tally<'a, N> {
 
     #[inline]
     fn score(&mut self, cell: usize, power: &[f64; N]) {
-        if !self.marked[cell] {
-            self.marked[cell] = true;
-            self.touched.push(cell as u32);
-        }
-        add(&mut self.now[cell], power);
+        let score = &mut self.now[cell];
+        add(&mut score.power, power);
+        // No branch: whether a cell is touched for the first time cannot be foreseen.
+        self.touched[self.count] = cell as u32;
+        self.count += usize::from(!score.touched);
+        score.touched = true;
     }
 
     /// Ends a history: its ledger is checked and its scores go to the sums.
     pub fn end_history(&mut self, ledger: &Ledger<N>, events: u64) {
+        self.histories += 1;
+        self.events += events;
+        if ledger.rare() {
+            self.score_rare(ledger);
+        }
+        self.worst_imbalance = self.worst_imbalance.max(ledger.imbalance(self.layout.lanes));
+        for &cell in &self.touched[..self.count] {
+            let cell = cell as usize;
+            let score = &mut self.now[cell];
+            score.touched = false;
+            let w = std::mem::replace(&mut score.power, [0.0; N]);
+            let sums = &mut self.sums[cell];
+            for i in 0..N {
+                let w2 = w[i] * w[i];
+                sums[0][i] += w[i];
+                sums[1][i] += w2;
+                sums[2][i] += w2 * w[i];
+                sums[3][i] += w2 * w2;
+            }
+        }
+        self.count = 0;
+    }
+
+    /// Entries of the ledger that most histories leave empty.
+    #[inline(never)]
+    fn score_rare(&mut self, ledger: &Ledger<N>) {
         let any = |w: &[f64; N]| w.iter().any(|&x| x != 0.0);
         for (cell, power) in [
             (Cell::Roulette, &ledger.roulette),
@@ -70,24 +107,8 @@ impl<'a, const N: usize> Tally<'a, N> {
                 self.score(self.layout.of(cell), power);
             }
         }
-        self.histories += 1;
-        self.events += events;
         self.lost += u64::from(any(&ledger.lost));
         self.capped += u64::from(any(&ledger.truncated));
-        self.worst_imbalance = self.worst_imbalance.max(ledger.imbalance(self.layout.lanes));
-        for cell in self.touched.drain(..) {
-            let cell = cell as usize;
-            self.marked[cell] = false;
-            let w = std::mem::replace(&mut self.now[cell], [0.0; N]);
-            let sums = &mut self.sums[cell];
-            for i in 0..N {
-                let w2 = w[i] * w[i];
-                sums[0][i] += w[i];
-                sums[1][i] += w2;
-                sums[2][i] += w2 * w[i];
-                sums[3][i] += w2 * w2;
-            }
-        }
     }
 
     /// The batch's sums, as replica number `replica`.
@@ -98,6 +119,27 @@ impl<'a, const N: usize> Tally<'a, N> {
             sums.extend((0..lanes).map(|lane| cell.map(|power| power[lane])));
         }
         Node::batch(replica, sums, self.histories, self.events, self.worst_imbalance, self.lost, self.capped)
+    }
+
+    /// Checkpoint plane, path length and depth of a step.
+    #[inline(never)]
+    fn score_step<P>(&mut self, path: &Path<P, N>, distance: f64, mu_a: &[f64; N], absorbed: &[f64; N]) {
+        if let Some(z) = self.layout.checkpoint
+            && path.ray.dir.z > 0.0
+            && path.ray.origin.z < z
+            && path.ray.origin.z + path.ray.dir.z * distance >= z
+        {
+            self.score_checkpoint(path, z, mu_a);
+        }
+        if self.layout.path && distance.is_finite() {
+            let fluence: [f64; N] = std::array::from_fn(|i| {
+                if mu_a[i] > 0.0 { absorbed[i] / mu_a[i] } else { path.power[i] * distance }
+            });
+            self.score(self.layout.path_length(path.medium), &fluence);
+        }
+        if self.layout.depth.is_some() && distance.is_finite() {
+            self.score_depth(path, distance, mu_a);
+        }
     }
 
     /// The power that arrives at the checkpoint plane.
@@ -159,24 +201,11 @@ impl<const N: usize> Scorer<N> for Tally<'_, N> {
         if !path.single() {
             return;
         }
-        if mu_a[0] > 0.0 || absorbed[0] > 0.0 || self.layout.lanes > 1 && absorbed.iter().any(|&x| x > 0.0) {
+        if absorbed[0] > 0.0 || N > 1 && absorbed.iter().any(|&x| x > 0.0) {
             self.score(self.layout.absorbed(path.medium), absorbed);
         }
-        if let Some(z) = self.layout.checkpoint
-            && path.ray.dir.z > 0.0
-            && path.ray.origin.z < z
-            && path.ray.origin.z + path.ray.dir.z * distance >= z
-        {
-            self.score_checkpoint(path, z, mu_a);
-        }
-        if self.layout.path && distance.is_finite() {
-            let fluence: [f64; N] = std::array::from_fn(|i| {
-                if mu_a[i] > 0.0 { absorbed[i] / mu_a[i] } else { path.power[i] * distance }
-            });
-            self.score(self.layout.path_length(path.medium), &fluence);
-        }
-        if self.layout.depth.is_some() && distance.is_finite() {
-            self.score_depth(path, distance, mu_a);
+        if self.steps {
+            self.score_step(path, distance, mu_a, absorbed);
         }
     }
 

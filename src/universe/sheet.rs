@@ -21,11 +21,10 @@ pub struct Slab {
 #[inline]
 pub fn plane_ahead(ray: &Ray, top: f64, bottom: f64) -> (f64, Face) {
     let uz = ray.dir.z;
-    if uz < 0.0 {
-        (((bottom - ray.origin.z) / uz).max(0.0), Face::Bottom)
-    } else if uz > 0.0 {
-        (((top - ray.origin.z) / uz).max(0.0), Face::Top)
-    } else {
-        (f64::INFINITY, Face::Top)
+    if uz == 0.0 {
+        return (f64::INFINITY, Face::Top);
     }
+    // A choice of values, not of ways: up or down cannot be foreseen.
+    let (plane, face) = if uz < 0.0 { (bottom, Face::Bottom) } else { (top, Face::Top) };
+    (((plane - ray.origin.z) / uz).max(0.0), face)
 }

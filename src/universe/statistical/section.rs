@@ -1,6 +1,6 @@
 //! The body that a ray has met: exact local shape, where it stands, and where a ray leaves it.
 
-use crate::math::quadratic::ball_roots;
+use crate::math::frame::renormalise;
 use crate::math::{DVec3, Frame};
 
 /// Half axes of an ellipse (fibre section) or ellipsoid; `c` infinite: unbounded cylinder.
@@ -40,8 +40,14 @@ impl HalfAxes {
             return None; // along the axis of an unbounded cylinder
         }
         let od = p.dot(q);
-        let closest = p - q * (od / dd);
-        ball_roots(dd, od, closest.length_squared())
+        let inverse = 1.0 / dd;
+        let mid = -od * inverse;
+        // Half chord by way of the closest point itself (see [`crate::math::quadratic::ball_roots`]).
+        let room = 1.0 - (p + q * mid).length_squared();
+        (room > 0.0).then(|| {
+            let half = (room * inverse).sqrt();
+            (mid - half, mid + half)
+        })
     }
 
     /// Both crossings of the line, −∞ and ∞ for a line along the axis inside an unbounded cylinder.
@@ -58,6 +64,10 @@ impl HalfAxes {
     #[inline]
     pub fn normal(&self, p: DVec3) -> DVec3 {
         let inv = self.inverse;
+        if inv.x == inv.y && (inv.z == 0.0 || inv.z == inv.x) {
+            // Round: the scaled point is unit, but for the rounding of the root.
+            return renormalise(p * inv);
+        }
         (p * inv * inv).normalize()
     }
 
