@@ -197,6 +197,9 @@ pub fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<(), Failure> {
         for line in &done.expects.0 {
             println!("{line}");
         }
+        if let Some(memory) = &done.result.memory {
+            println!("{memory}");
+        }
         println!(
             "{} histories, {:.3e} events, {:.1} s on the clock, {:.1} s of processor; results in {}",
             done.outcome.histories * done.outcome.groups.len() as u64,

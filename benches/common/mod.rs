@@ -111,7 +111,7 @@ impl<U: Universe> Case<'_, U> {
             let mut rng = Stream::of(1, 0, number, Purpose::Transport);
             let ray = self.source.emit(&mut rng);
             trace(&self.world, ray, &mut h, &mut tally, &mut rng);
-            tally.end_history(&h.ledger, h.events);
+            tally.end_history(&h.ledger, h.events, Default::default());
         }
         tally.finish(0).events
     }
@@ -119,6 +119,7 @@ impl<U: Universe> Case<'_, U> {
     /// Totals only.
     pub fn layout(&self) -> Layout {
         Layout {
+            shared: 1,
             lanes: 1,
             media: self.world.light.media.len(),
             angular: None,

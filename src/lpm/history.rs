@@ -85,11 +85,19 @@ pub struct History<U: Universe, const N: usize> {
     pub ledger: Ledger<N>,
     /// Events so far.
     pub events: u64,
+    /// The next history shares the realisation of the last.
+    pub continues: bool,
 }
 
 impl<U: Universe, const N: usize> Default for History<U, N> {
     fn default() -> Self {
-        History { memory: Default::default(), bank: Vec::new(), ledger: Ledger::default(), events: 0 }
+        History {
+            memory: Default::default(),
+            bank: Vec::new(),
+            ledger: Ledger::default(),
+            events: 0,
+            continues: false,
+        }
     }
 }
 
@@ -105,7 +113,11 @@ pub fn trace<U: Universe, S: Scorer<N>, const N: usize>(
     h.ledger = Ledger::default();
     h.events = 0;
     h.bank.clear();
-    world.universe.forget(&mut h.memory);
+    if h.continues {
+        world.universe.share(&mut h.memory);
+    } else {
+        world.universe.forget(&mut h.memory);
+    }
     let start = world.universe.enter(&ray, &mut h.memory, rng);
     let mut path =
         Path { ray, place: start.place, medium: start.medium, power: [1.0; N], sheet: 0, deepest: 0 };
@@ -323,7 +335,8 @@ pub fn edge<U: Universe, S: Scorer<N>, const N: usize>(
         let (cos, sin) = rng.azimuth();
         let s2 = rng.uniform();
         let s = s2.sqrt();
-        return rg > 0.0 && enter_again(world, path, DVec3::new(s * cos, s * sin, (1.0 - s2).sqrt()), h, rng);
+        let up = DVec3::new(s * cos, s * sin, (1.0 - s2).sqrt());
+        return rg > 0.0 && enter_again(world, path, up, true, h, rng);
     }
     if path.single() {
         tally.leaves(path, face);
@@ -331,12 +344,12 @@ pub fn edge<U: Universe, S: Scorer<N>, const N: usize>(
     match face {
         Face::Top if path.sheet > 0 => {
             path.sheet -= 1;
-            enter_again(world, path, path.ray.dir, h, rng)
+            enter_again(world, path, path.ray.dir, false, h, rng)
         }
         Face::Bottom if path.sheet + 1 < world.pile => {
             path.sheet += 1;
             path.deepest = path.deepest.max(path.sheet);
-            enter_again(world, path, path.ray.dir, h, rng)
+            enter_again(world, path, path.ray.dir, false, h, rng)
         }
         _ => {
             if !path.single() && face == Face::Top {
@@ -348,18 +361,22 @@ pub fn edge<U: Universe, S: Scorer<N>, const N: usize>(
     }
 }
 
-/// Into the sheet again (or the next one of a pile, an independent sheet): fresh memory, same point.
+/// Into the `same` sheet again, or the next one of a pile, an independent sheet: same point.
 fn enter_again<U: Universe, const N: usize>(
     world: &World<U, N>,
     path: &mut Path<U::Place, N>,
     dir: DVec3,
+    same: bool,
     h: &mut History<U, N>,
     rng: &mut Stream,
 ) -> bool {
     path.ray.dir = dir;
     path.ray.origin.z = if dir.z > 0.0 { world.bottom } else { world.top };
-    world.universe.forget(&mut h.memory);
-    let start = world.universe.enter(&path.ray, &mut h.memory, rng);
+    let start = if same {
+        world.universe.come_back(&path.ray, &path.place, &mut h.memory, rng)
+    } else {
+        world.universe.enter(&path.ray, &mut h.memory, rng)
+    };
     (path.place, path.medium) = (start.place, start.medium);
     true
 }

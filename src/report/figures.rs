@@ -1,6 +1,6 @@
 //! From the sums of a run to figures with error bars.
 
-use super::result::{EffectUsed, Share};
+use super::result::{EffectUsed, MemoryUsed, Share};
 use super::{Figure, Ordered, RunResult, Status};
 use crate::optics::figures::{Measured, PaperWeights};
 use crate::run::Outcome;
@@ -9,7 +9,7 @@ use crate::scene::plan::Plan;
 use crate::scene::{Amount, Scene, Universe};
 use crate::stats::{self, Moments, jackknife};
 use crate::tally::Cell;
-use crate::universe::MediumId;
+use crate::universe::{Kept, MediumId};
 
 /// Everything that goes into `result.json`.
 pub fn result(scene: &Scene, plan: &Plan, outcome: &Outcome) -> RunResult {
@@ -23,7 +23,21 @@ pub fn result(scene: &Scene, plan: &Plan, outcome: &Outcome) -> RunResult {
         figures,
         ledger: ledger(plan, outcome),
         effects: effects(plan),
+        memory: memory(outcome),
     }
+}
+
+/// What histories have kept, if anything.
+fn memory(outcome: &Outcome) -> Option<MemoryUsed> {
+    let mut kept = Kept::default();
+    outcome.groups.iter().for_each(|g| kept.add(g.node.kept));
+    let samples: u64 = outcome.groups.iter().map(|g| g.node.samples).sum();
+    (kept.segments > 0).then(|| MemoryUsed {
+        bodies: kept.bodies as f64 / samples as f64,
+        segments: kept.segments as f64 / samples as f64,
+        largest_bytes: kept.bytes,
+        pockets: kept.pockets,
+    })
 }
 
 /// Effects of the plan, for result and manifest.
@@ -70,6 +84,12 @@ fn spectral(scene: &Scene, plan: &Plan, outcome: &Outcome) -> Vec<Figure> {
         let cell = |c: Cell| group.moments(layout.of(c), lane);
         put(figure("reflectance", &cell(Cell::Reflected), batches, "1"));
         put(figure("transmittance", &cell(Cell::Transmitted), batches, "1"));
+        for (name, side, of) in [("reflectance", 0, Cell::Reflected), ("transmittance", 1, Cell::Transmitted)]
+        {
+            if let Some((sd, error)) = group.node.between(&cell(of), side, lane) {
+                put(Figure::new(&format!("{name}_between_realisations"), sd, error, "1"));
+            }
+        }
         let media = || (0..plan.media.names.len()).map(|i| MediumId(i as u16));
         let mut cells: Vec<usize> = media().map(|m| layout.absorbed(m)).collect();
         cells.push(layout.of(Cell::Backing));

@@ -187,6 +187,36 @@ pub struct RunResult {
     pub ledger: Ordered<Share>,
     /// Effects: name → used or not, and why.
     pub effects: Ordered<EffectUsed>,
+    /// What the statistical universe remembered, where it remembers.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub memory: Option<MemoryUsed>,
+}
+
+/// What histories have kept in memory; histories that share a realisation count as one.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MemoryUsed {
+    /// Bodies met, mean per history.
+    pub bodies: f64,
+    /// Segments traced, mean per history.
+    pub segments: f64,
+    /// Bytes that the largest history needed.
+    pub largest_bytes: u64,
+    /// Pockets forgotten (finite memory), in all.
+    pub pockets: u64,
+}
+
+impl std::fmt::Display for MemoryUsed {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(
+            f,
+            "memory: {:.1} bodies and {:.1} segments a history, at most {:.0} kB; {} pockets forgotten",
+            self.bodies,
+            self.segments,
+            self.largest_bytes as f64 / 1e3,
+            self.pockets
+        )
+    }
 }
 
 impl RunResult {
@@ -234,6 +264,7 @@ mod tests {
                 "polarisation".into(),
                 EffectUsed { on: false, why: "nothing needs it".into() },
             )]),
+            memory: None,
         }
     }
 

@@ -66,10 +66,11 @@ fn batch<U: Universe, const N: usize>(
     let mut tally: Tally<N> = Tally::new(layout);
     let mut h: History<U, N> = History::default();
     for number in index * BATCH..((index + 1) * BATCH).min(histories.count) {
+        h.continues = !number.is_multiple_of(layout.shared);
         let mut rng = Stream::of(histories.seed, histories.group, number, Purpose::Transport);
         let ray = source.emit(&mut rng);
         trace(world, ray, &mut h, &mut tally, &mut rng);
-        tally.end_history(&h.ledger, h.events);
+        tally.end_history(&h.ledger, h.events, world.universe.kept(&h.memory));
     }
     tally.finish((index % REPLICAS) as u8)
 }

@@ -166,6 +166,7 @@ fn layout(scene: &Scene, plan: &Plan, lanes: usize) -> Result<Layout, String> {
     let angular = scene.detect.angular.map(Healpix::new).transpose().map_err(|e| e.to_string())?;
     Ok(Layout {
         lanes,
+        shared: scene.run.shared,
         media: plan.media.names.len(),
         angular,
         depth: scene.detect.depth.map(|bins| Depth { bins, top: plan.top, bottom: plan.bottom }),

@@ -612,6 +612,8 @@ pub struct Run {
     pub roulette: f64,
     /// Guard on events per history.
     pub event_cap: u64,
+    /// Histories that share one realisation.
+    pub shared: u64,
     /// Implicit capture (true) or analog absorption.
     pub implicit_capture: bool,
 }

@@ -48,6 +48,8 @@ pub struct Depth {
 pub struct Layout {
     /// Wavelengths carried.
     pub lanes: usize,
+    /// Histories that share one realisation: what they score together is one sample.
+    pub shared: u64,
     /// Number of media.
     pub media: usize,
     /// Directions of what leaves.

@@ -10,7 +10,7 @@ pub use node::Node;
 use crate::lpm::ledger::{Ledger, add};
 use crate::lpm::{Path, Scorer};
 use crate::math::{DVec3, fast};
-use crate::universe::{Face, Interface, MediumId};
+use crate::universe::{Face, Interface, Kept, MediumId};
 
 /// Scores of one batch.
 #[derive(Debug)]
@@ -30,6 +30,10 @@ pub struct Tally<'a, const N: usize> {
     worst_imbalance: f64,
     lost: u64,
     capped: u64,
+    /// Σw² of what single histories reflect and transmit, where several share a realisation.
+    single: Vec<[f64; 2]>,
+    before: [[f64; N]; 2],
+    kept: Kept,
 }
 
 /// What the present history has scored in a cell.
@@ -55,6 +59,9 @@ impl<'a, const N: usize> Tally<'a, N> {
             worst_imbalance: 0.0,
             lost: 0,
             capped: 0,
+            single: vec![[0.0; 2]; layout.lanes],
+            before: [[0.0; N]; 2],
+            kept: Kept::default(),
         }
     }
 
@@ -68,19 +75,30 @@ impl<'a, const N: usize> Tally<'a, N> {
         score.touched = true;
     }
 
-    /// Ends a history: its ledger is checked and its scores go to the sums.
-    pub fn end_history(&mut self, ledger: &Ledger<N>, events: u64) {
+    /// Ends a history: its ledger is checked and its scores go to the sums; `kept` is what the universe
+    /// remembers of it.
+    pub fn end_history(&mut self, ledger: &Ledger<N>, events: u64, kept: Kept) {
         self.histories += 1;
         self.events += events;
         if ledger.rare() {
             self.score_rare(ledger);
         }
         self.worst_imbalance = self.worst_imbalance.max(ledger.imbalance(self.layout.lanes));
+        if self.layout.shared > 1 {
+            self.note_single();
+            if !self.histories.is_multiple_of(self.layout.shared) {
+                return;
+            }
+            self.before = [[0.0; N]; 2];
+        }
+        self.kept.add(kept);
+        // The mean of the histories that share a realisation is one sample.
+        let share = 1.0 / self.layout.shared as f64;
         for &cell in &self.touched[..self.count] {
             let cell = cell as usize;
             let score = &mut self.now[cell];
             score.touched = false;
-            let w = std::mem::replace(&mut score.power, [0.0; N]);
+            let w = std::mem::replace(&mut score.power, [0.0; N]).map(|w| w * share);
             let sums = &mut self.sums[cell];
             for i in 0..N {
                 let w2 = w[i] * w[i];
@@ -91,6 +109,19 @@ impl<'a, const N: usize> Tally<'a, N> {
             }
         }
         self.count = 0;
+    }
+
+    /// Squares of what the history that ends has reflected and transmitted by itself.
+    #[inline(never)]
+    fn note_single(&mut self) {
+        for (side, cell) in [Cell::Reflected, Cell::Transmitted].into_iter().enumerate() {
+            let now = self.now[self.layout.of(cell)].power;
+            for (lane, sums) in self.single.iter_mut().enumerate() {
+                let w = now[lane] - self.before[side][lane];
+                sums[side] += w * w;
+            }
+            self.before[side] = now;
+        }
     }
 
     /// Entries of the ledger that most histories leave empty.
@@ -118,7 +149,18 @@ impl<'a, const N: usize> Tally<'a, N> {
         for cell in &self.sums {
             sums.extend((0..lanes).map(|lane| cell.map(|power| power[lane])));
         }
-        Node::batch(replica, sums, self.histories, self.events, self.worst_imbalance, self.lost, self.capped)
+        let samples = self.histories / self.layout.shared;
+        let node = Node::batch(replica, sums, samples);
+        Node {
+            histories: self.histories,
+            events: self.events,
+            worst_imbalance: self.worst_imbalance,
+            lost: self.lost,
+            capped: self.capped,
+            single: self.single,
+            kept: self.kept,
+            ..node
+        }
     }
 
     /// Checkpoint plane, path length and depth of a step.

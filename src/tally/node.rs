@@ -1,6 +1,7 @@
 //! Sums of one or many batches, merged in a fixed order.
 
 use crate::stats::{Merge, Moments};
+use crate::universe::Kept;
 use std::collections::BTreeMap;
 
 /// Replicas that the batches are dealt to, for the errors of derived figures.
@@ -21,45 +22,60 @@ pub struct Node {
     pub lost: u64,
     /// Histories stopped by the event cap.
     pub capped: u64,
-    /// Per cell and lane (cell-major): Σw … Σw⁴ over histories.
+    /// Samples: histories, or groups of them that share a realisation.
+    pub samples: u64,
+    /// Per lane: Σw² of what single histories reflect and transmit, where several share a realisation.
+    pub single: Vec<[f64; 2]>,
+    /// What the universe has kept of the samples.
+    pub kept: Kept,
+    /// Per cell and lane (cell-major): Σw … Σw⁴ over samples.
     pub sums: Vec<[f64; 4]>,
-    /// Per replica: histories and Σw of each cell and lane.
+    /// Per replica: samples and Σw of each cell and lane.
     pub replicas: BTreeMap<u8, (u64, Vec<f64>)>,
 }
 
 impl Node {
-    /// The node of one batch.
-    pub fn batch(
-        replica: u8,
-        sums: Vec<[f64; 4]>,
-        histories: u64,
-        events: u64,
-        worst_imbalance: f64,
-        lost: u64,
-        capped: u64,
-    ) -> Self {
+    /// The node of one batch of `samples` samples with the given sums.
+    pub fn batch(replica: u8, sums: Vec<[f64; 4]>, samples: u64) -> Self {
         let first = sums.iter().map(|s| s[0]).collect();
-        Node {
-            histories,
-            batches: 1,
-            events,
-            worst_imbalance,
-            lost,
-            capped,
-            sums,
-            replicas: BTreeMap::from([(replica, (histories, first))]),
-        }
+        let replicas = BTreeMap::from([(replica, (samples, first))]);
+        Node { histories: samples, samples, batches: 1, sums, replicas, ..Node::default() }
     }
 
-    /// Moments of a cell in a lane, over all histories.
+    /// Moments of a cell in a lane, over all samples.
     pub fn moments(&self, cell: usize, lane: usize, lanes: usize) -> Moments {
-        Moments::from_sums(self.histories, self.sums[cell * lanes + lane])
+        Moments::from_sums(self.samples, self.sums[cell * lanes + lane])
+    }
+
+    /// Standard deviation between realisations of the reflectance (`side` 0) or transmittance (1) that
+    /// `moments` describes, and its error: the variance of the means of m histories each, less the
+    /// m-th part of the variance of histories within a realisation. `None` where none share one.
+    pub fn between(&self, moments: &Moments, side: usize, lane: usize) -> Option<(f64, f64)> {
+        let (n, groups) = (self.histories as f64, self.samples as f64);
+        if self.histories == self.samples || self.samples < 2 {
+            return None;
+        }
+        let m = n / groups;
+        let within = (self.single[lane][side] - m * moments.sums[1]) / (n - groups);
+        let between = moments.variance() - within / m;
+        // Two mean squares: relative variance 2/(degrees of freedom) each.
+        let error = (2.0 * moments.variance().powi(2) / (groups - 1.0)
+            + 2.0 * (within / m).powi(2) / (n - groups))
+            .sqrt();
+        let sd = between.max(0.0).sqrt();
+        Some((sd, if sd * sd > error { error / (2.0 * sd) } else { error.sqrt() }))
     }
 }
 
 impl Merge for Node {
     fn merge(&mut self, later: Self) {
         self.histories += later.histories;
+        self.samples += later.samples;
+        self.kept.add(later.kept);
+        self.single.resize(self.single.len().max(later.single.len()), [0.0; 2]);
+        for (a, b) in self.single.iter_mut().zip(&later.single) {
+            *a = [a[0] + b[0], a[1] + b[1]];
+        }
         self.batches += later.batches;
         self.events += later.events;
         self.worst_imbalance = self.worst_imbalance.max(later.worst_imbalance);

@@ -99,6 +99,29 @@ pub enum Next {
     Lost,
 }
 
+/// What histories have kept in memory.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Kept {
+    /// Bodies met.
+    pub bodies: u64,
+    /// Segments traced.
+    pub segments: u64,
+    /// Bytes in use, of the history that needed most.
+    pub bytes: u64,
+    /// Pockets forgotten (finite memory).
+    pub pockets: u64,
+}
+
+impl Kept {
+    /// Adds another history's.
+    pub fn add(&mut self, other: Kept) {
+        self.bodies += other.bodies;
+        self.segments += other.segments;
+        self.bytes = self.bytes.max(other.bytes);
+        self.pockets += other.pockets;
+    }
+}
+
 /// The start of a history.
 #[derive(Clone, Copy, Debug)]
 pub struct Start<P> {
@@ -118,8 +141,31 @@ pub trait Universe: Sync {
     /// Clears the memory before a history; nothing is freed.
     fn forget(&self, memory: &mut Self::Memory);
 
+    /// The next history shares the realisation of the one before: what that has met is known to it.
+    /// Universes that remember nothing have nothing to share.
+    fn share(&self, memory: &mut Self::Memory) {
+        self.forget(memory);
+    }
+
+    /// What is remembered.
+    fn kept(&self, _memory: &Self::Memory) -> Kept {
+        Kept::default()
+    }
+
     /// A ray enters from outside (or starts anywhere inside an unbounded scene).
     fn enter(&self, ray: &Ray, memory: &mut Self::Memory, rng: &mut Stream) -> Start<Self::Place>;
+
+    /// The ray that left by a face comes back into the same sheet at `ray` (a backing in optical contact).
+    /// Universes that forget draw the place anew.
+    fn come_back(
+        &self,
+        ray: &Ray,
+        _place: &Self::Place,
+        memory: &mut Self::Memory,
+        rng: &mut Stream,
+    ) -> Start<Self::Place> {
+        self.enter(ray, memory, rng)
+    }
 
     /// The next interface, edge or nothing within `limit` (µm, may be infinite).
     fn next(

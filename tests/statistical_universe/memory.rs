@@ -102,7 +102,8 @@ fault!(StartBySine, START_WEIGHTED = true);
 fn seen<E: Exactness>(sheet: &Sheet, source: &lightpro::source::Source, count: u64) -> (f64, f64) {
     let exact = run(&sheet.remembered(None), &glass(), source, sheet.height, count);
     let faulty = LazyUniverse::<E>::with_exactness(sheet.build(), Overlap::Union, None);
-    let world = world(&faulty, &HALF_LIGHT, sheet.height);
+    // Faults can trap light for ever.
+    let world = World { event_cap: 20_000, ..world(&faulty, &HALF_LIGHT, sheet.height) };
     let got = totals_at(&world, source, count);
     let z = |a: (f64, f64), b: (f64, f64)| (a.0 - b.0).abs() / a.1.hypot(b.1);
     let r = z(exact.r(), got.r());
@@ -543,6 +544,76 @@ fn dense_sheets_lose_nothing() {
 #[ignore = "long: cargo test --release --test statistical_universe ten_million -- --ignored --nocapture"]
 fn ten_million_dense_histories_lose_nothing() {
     dense(10_000_000, 500_000);
+}
+
+/// Histories that share a realisation: the same mean, a sample for each realisation, and the variance
+/// between realisations told apart. A sheet that is the same everywhere has none.
+#[test]
+fn shared_realisations_tell_their_variance() {
+    use lightpro::run::{Histories, run_group};
+    use lightpro::tally::{Cell, Layout};
+    let height = 6.0;
+    let sheet = Sheet { contained: true, ..white(0.3, height) };
+    let universe = sheet.remembered(None);
+    let light = whites();
+    let world = world(&universe, &light, height);
+    let source = diffuse(height);
+    let run = |shared, count| {
+        let layout = Layout { shared, ..layout(2) };
+        let node = run_group(&world, &source, &layout, Histories { seed: 3, group: 0, count }, |_, _| true);
+        let cell = layout.of(Cell::Reflected);
+        (node.moments(cell, 0, 1), node)
+    };
+    let (single, _) = run(1, 60_000);
+    let (shared, node) = run(16, 960_000);
+    assert_eq!((node.histories, node.samples, shared.n), (960_000, 60_000, 60_000));
+    let (sd, error) = node.between(&shared, 0, 0).unwrap();
+    // Half of the histories of each realisation: the same variance between, by another split.
+    let (eight, other) = run(8, 480_000);
+    let (sd8, error8) = other.between(&eight, 0, 0).unwrap();
+    println!(
+        "R {:.4} ± {:.4}; shared {:.4} ± {:.4}",
+        single.mean(),
+        single.standard_error(),
+        shared.mean(),
+        shared.standard_error()
+    );
+    println!("between realisations {sd:.4} ± {error:.4} (16), {sd8:.4} ± {error8:.4} (8)");
+    assert!(
+        (single.mean() - shared.mean()).abs() < 4.0 * single.standard_error().hypot(shared.standard_error())
+    );
+    assert!(sd > 10.0 * error && (sd - sd8).abs() < 4.0 * error.hypot(error8));
+    // One realisation's histories all hit the same spot: their mean varies far more than independent ones.
+    assert!(shared.variance() > 1.5 * single.variance() / 16.0);
+}
+
+/// Bodies in optical contact: a share b of the surface is not met, so collisions fall by 1 − b while the
+/// mean paths stay.
+#[test]
+fn bonded_surface_is_not_met() {
+    let with = |bonded: f64| {
+        let sheet = Sheet {
+            rule: Rule::Apart,
+            start_in_bodies: true,
+            ..Sheet::fibres(1.0, None, Target::Body(0.4), 10.0)
+        };
+        let mut population = sheet.population(0.0);
+        population.kinds[0].bonded = bonded;
+        let universe = StatisticalUniverse::new(vec![population], sheet.rules());
+        // Almost index-matched: every surface counts, none turns the light; scattering inside.
+        let solid = Medium::clear(1.0 + 1e-9).with([0.0], 0.5, Phase::Isotropic);
+        run(&universe, &light(solid, None), &diffuse(10.0), 10.0, 200_000)
+    };
+    let (free, bonded) = (with(0.0), with(0.3));
+    let ratio = bonded.interfaces().0 / free.interfaces().0;
+    let se = bonded.interfaces().1 / bonded.interfaces().0 + free.interfaces().1 / free.interfaces().0;
+    println!("interfaces {ratio:.4} ± {se:.4} of those without bonds, want .7");
+    assert!((ratio - 0.7).abs() < 4.0 * se);
+    for (name, (got, se), want) in [("inside", bonded.path(SOLID), 8.0), ("outside", bonded.path(AIR), 12.0)]
+    {
+        println!("path {name} {got:.4} ± {se:.4}, want {want}");
+        assert!((got - want).abs() < 4.0 * se);
+    }
 }
 
 /// Bodies that may not overlap: what they fill is what was asked for, roughly, and less is lost to

@@ -179,7 +179,17 @@ pub fn normal(height: f64) -> Source {
 }
 
 pub fn layout(media: usize) -> Layout {
-    Layout { lanes: 1, media, angular: None, depth: None, checkpoint: None, path: true, view: None, pile: 1 }
+    Layout {
+        lanes: 1,
+        shared: 1,
+        media,
+        angular: None,
+        depth: None,
+        checkpoint: None,
+        path: true,
+        view: None,
+        pile: 1,
+    }
 }
 
 /// The usual world: no backing, no pile, weighted absorption.

@@ -98,16 +98,18 @@ impl Reading<'_> {
         }
     }
 
-    pub fn run(&mut self, e: Option<Node<'_>>) -> Run {
+    pub fn run(&mut self, e: Option<Node<'_>>, universe: &Universe) -> Run {
         let standard = Run {
             histories: 100_000,
             seed: 20_261_122,
             branching: Branching::Sample,
             roulette: 1e-3,
             event_cap: 1_000_000,
+            shared: 1,
             implicit_capture: true,
         };
         let Some(e) = e else { return standard };
+        self.check_shared(e, universe);
         Run {
             histories: e.count("histories").unwrap_or(standard.histories),
             seed: e.count("seed").unwrap_or(standard.seed),
@@ -120,7 +122,42 @@ impl Reading<'_> {
             },
             roulette: e.number("roulette").unwrap_or(standard.roulette),
             event_cap: e.count("event-cap").unwrap_or(standard.event_cap),
+            shared: e.count("histories-per-realisation").unwrap_or(1),
             implicit_capture: e.text("absorption") != Some("analog"),
+        }
+    }
+
+    /// Histories can share a realisation only where one is remembered.
+    fn check_shared(&mut self, e: Node<'_>, universe: &Universe) {
+        const NAME: &str = "histories-per-realisation";
+        let Some(m) = e.count(NAME).filter(|m| *m > 1) else { return };
+        let place = e.place(NAME);
+        let mut refuse = |problem: &str, help: &str| {
+            self.out.push(Diagnostic::error(place, problem.to_owned()).help(help.to_owned()));
+        };
+        if !m.is_power_of_two() {
+            refuse(
+                "a batch of 4096 histories is no whole number of realisations",
+                "a power of two: 2, 4, 8 … 4096",
+            );
+        } else if e.count("histories").is_some_and(|n| !n.is_multiple_of(m)) {
+            refuse("the histories are no whole number of realisations", "make `histories` a multiple of it");
+        }
+        if e.text("branching") == Some("split") {
+            refuse("branches of a split history share no realisation with the next", "branching=\"sample\"");
+        }
+        match universe {
+            Universe::Statistical(s) if s.memory != Memory::Full => {
+                refuse("histories share a realisation only where it is remembered", "memory=\"full\"");
+            }
+            Universe::Statistical(s) if s.edges == Edges::Cut && s.start == StartIn::Pore => {
+                refuse(
+                    "a later history may find a body where it should start in a pore",
+                    "start=\"anywhere\"",
+                );
+            }
+            Universe::Statistical(_) => {}
+            _ => refuse("only statistical sheets are drawn anew for each history", "leave it out"),
         }
     }
 

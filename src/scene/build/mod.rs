@@ -134,6 +134,7 @@ impl<'o> Reading<'o> {
         let surfaces = self.surfaces(root.child("surfaces"));
         let universe = self.universe(root.child("universe"), &materials, &surfaces);
         let source = self.source(root.child("source"), !matches!(universe, Universe::Synthetic(_)));
+        let run = self.run(root.child("run"), &universe);
         Scene {
             name: root.text("name").unwrap_or_default().to_string(),
             path: PathBuf::new(),
@@ -144,7 +145,7 @@ impl<'o> Reading<'o> {
             wavelengths: self.wavelengths.clone(),
             detect: self.detect(root.child("detect")),
             optics: root.child("optics").map(|o| self.optics(o)),
-            run: self.run(root.child("run")),
+            run,
             expects: root.children("expect").map(|e| self.expect(e)).collect(),
             warnings: Vec::new(),
             files: Vec::new(),

@@ -3,7 +3,7 @@
 
 use crate::math::{DVec3, Frame};
 use crate::universe::statistical::section::{Body, Spans};
-use crate::universe::{MediumId, Ray};
+use crate::universe::{Kept, MediumId, Ray};
 
 /// No entry.
 pub(super) const NONE: u32 = u32::MAX;
@@ -184,19 +184,6 @@ impl Default for Memory {
     }
 }
 
-/// What a history has kept.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Kept {
-    /// Bodies met.
-    pub bodies: u64,
-    /// Segments traced.
-    pub segments: u64,
-    /// Bytes in use.
-    pub bytes: u64,
-    /// Pockets forgotten (finite k).
-    pub pockets: u64,
-}
-
 impl Memory {
     pub(super) fn clear(&mut self) {
         self.bodies.clear();
@@ -226,7 +213,8 @@ impl Memory {
     }
 
     /// Everything known so far is known to the rays that start from now on.
-    pub(super) fn share(&mut self, flights: u32) {
+    pub(super) fn share(&mut self) {
+        let flights = self.segments.len() as u32;
         let last = |n: usize| if n == 0 { NONE } else { n as u32 - 1 };
         self.common =
             Past { sighting: last(self.sightings.len()), segment: last(self.segments.len()), flights };

@@ -20,7 +20,7 @@ mod flight;
 mod memory;
 pub mod overlap;
 
-pub use memory::{Kept, Memory};
+pub use memory::Memory;
 
 use super::StatisticalUniverse;
 use super::kind::Kind;
@@ -28,7 +28,7 @@ use super::section::Left;
 use crate::math::DVec3;
 use crate::rng::Stream;
 use crate::universe::sheet::plane_ahead;
-use crate::universe::{Face, Interface, MediumId, Next, Ray, Start, SurfaceId, Universe};
+use crate::universe::{Face, Interface, Kept, MediumId, Next, Ray, Start, SurfaceId, Universe};
 use flight::Change;
 use memory::{Known, NOTHING, Past, Solid};
 use std::marker::PhantomData;
@@ -355,6 +355,14 @@ impl<E: Exactness> Universe for LazyUniverse<E> {
         memory.clear();
     }
 
+    fn share(&self, memory: &mut Memory) {
+        memory.share();
+    }
+
+    fn kept(&self, memory: &Memory) -> Kept {
+        memory.kept()
+    }
+
     fn enter(&self, ray: &Ray, m: &mut Memory, rng: &mut Stream) -> Start<Place> {
         let face = if ray.dir.z <= 0.0 { Face::Top } else { Face::Bottom };
         let (layer, open) = match face {
@@ -374,6 +382,13 @@ impl<E: Exactness> Universe for LazyUniverse<E> {
             let covered = self.sheet.start_in_bodies;
             place.medium = self.start(layer as u16, ray.origin, ray.dir, &mut place, m, rng, covered);
         }
+        Start { place, medium: place.medium }
+    }
+
+    fn come_back(&self, ray: &Ray, place: &Place, m: &mut Memory, rng: &mut Stream) -> Start<Place> {
+        let mut place = Place { stands: None, answer: None, ..*place };
+        let (layer, covered) = (place.layer, !self.sheet.contained);
+        place.medium = self.start(layer, ray.origin, ray.dir, &mut place, m, rng, covered);
         Start { place, medium: place.medium }
     }
 
@@ -429,10 +444,5 @@ impl<E: Exactness> LazyUniverse<E> {
             Face::Top => place.layer -= 1,
             Face::Bottom => place.layer += 1,
         }
-    }
-
-    /// Histories from now on know what has been met so far: they share one realisation.
-    pub fn share(&self, memory: &mut Memory) {
-        memory.share(memory.kept().segments as u32);
     }
 }
