@@ -3,6 +3,8 @@
 
 #[path = "voxel_universe/convergence.rs"]
 mod convergence;
+#[path = "voxel_universe/example.rs"]
+mod example;
 #[path = "voxel_universe/files.rs"]
 mod files;
 #[path = "voxel_universe/normals.rs"]

@@ -222,3 +222,40 @@ fn a_hollow_fibre_converges() {
     table("fibre, mirrored", &body, NormalRule::Smoothed(2.0), Steps::Mirrored, 200_000);
     table("fibre, faces", &body, NormalRule::Faces, Steps::Passed, 200_000);
 }
+
+#[test]
+#[ignore]
+fn diagnose() {
+    for body in [Body::sphere(), Body::fibre()] {
+        let per_radius = 32;
+        let (voxels, middle) = body.voxels(per_radius, NormalRule::Smoothed(2.0), Steps::Passed);
+        let hull = RADIUS * (1.0 + 4.0 / per_radius as f64);
+        let mut bins = vec![[Mean::default(); 4]; 10];
+        let mut ybins = vec![[Mean::default(); 4]; 10];
+        let mut memory = Default::default();
+        for i in 0..100_000 {
+            let mut s = stream(i);
+            let ray = body.ray(hull, &mut s);
+            let (mut one, mut two) = (stream(1 << 40 | i), stream(1 << 40 | i));
+            let Some(a) = follow(&body.exact, ray, &mut (), &INDEX, |r| body.to_hull(r, DVec3::ZERO, hull), &mut one) else { panic!() };
+            let moved = Ray { origin: ray.origin + middle, dir: ray.dir };
+            let Some(b) = follow(&voxels, moved, &mut memory, &INDEX, |r| body.to_hull(r, middle, hull), &mut two) else { continue };
+            let f = body.flat(ray.dir).normalize();
+            let rho = body.flat(ray.origin).cross(f).length() / RADIUS;
+            let k = ((rho * rho) * 10.0) as usize;
+            let d = b.dir.dot(ray.dir) - a.dir.dot(ray.dir);
+            for (bins, k) in [(&mut bins, k), (&mut ybins, (ray.dir.y.abs() * 10.0) as usize)] {
+                let m = &mut bins[k.min(9)];
+                m[0].push(d);
+                m[1].push(f64::from(b.events) - f64::from(a.events));
+                m[2].push(f64::from(u8::from(b.events != a.events)));
+                m[3].push(f64::from(u8::from(b.events > 1000)));
+            }
+        }
+        for (name, bins) in [("rho2", bins), ("uy", ybins)] {
+            for (k, m) in bins.iter().enumerate() {
+                println!("{name} {k}: dcos {:+.5}({:.5}) events {:+.3}({:.3}) other {:.4} >1000 {:.5}", m[0].mean(), m[0].error(), m[1].mean(), m[1].error(), m[2].mean(), m[3].mean());
+            }
+        }
+    }
+}

@@ -7,6 +7,7 @@
 
 use super::volume::Volume;
 use crate::universe::Ray;
+use std::sync::Arc;
 
 /// How the volume continues sideways.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,7 +22,7 @@ pub enum Lateral {
 #[derive(Clone, Debug)]
 pub struct Lattice {
     /// The voxels.
-    pub volume: Volume,
+    pub volume: Arc<Volume>,
     /// Edges of a voxel, µm.
     pub edge: [f64; 3],
     /// Sides.
@@ -34,7 +35,7 @@ pub struct Lattice {
 
 impl Lattice {
     /// A volume with voxels of the given edges (µm).
-    pub fn new(volume: Volume, edge: [f64; 3], lateral: Lateral, outside: u8) -> Self {
+    pub fn new(volume: Arc<Volume>, edge: [f64; 3], lateral: Lateral, outside: u8) -> Self {
         let n = volume.cells();
         let stride = [1, n[0] as isize, (n[0] * n[1]) as isize];
         Lattice { volume, edge, lateral, outside, cells: n.map(|n| n as i64), stride }
@@ -104,6 +105,7 @@ impl Lattice {
 #[derive(Clone)]
 pub struct Walk<'a> {
     lattice: &'a Lattice,
+    volume: &'a Volume,
     origin: [f64; 3],
     inverse: [f64; 3],
     /// Distances to the next plane of each axis.
@@ -131,6 +133,7 @@ impl<'a> Walk<'a> {
         let inverse = dir.map(|u| 1.0 / u);
         let mut walk = Walk {
             lattice,
+            volume: &lattice.volume,
             origin,
             inverse,
             t: [f64::INFINITY; 3],
@@ -191,7 +194,7 @@ impl<'a> Walk<'a> {
     /// Phase of the cell.
     #[inline]
     pub fn phase(&self) -> u8 {
-        if self.outside { self.lattice.outside } else { self.lattice.volume.get(self.index as usize) }
+        if self.outside { self.lattice.outside } else { self.volume.get(self.index as usize) }
     }
 
     /// Axis across which the ray leaves the cell, and where (≥ 0).

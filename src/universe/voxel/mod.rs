@@ -7,13 +7,18 @@
 //!
 //! **Where** an interface is, the voxel faces say; **which way it looks**, the smoothed gradient of the
 //! phases about it ([`normal`]). Faces alone look along the axes only, however small the voxels, and
-//! never converge ([`Rules::normals`]). A staircase that stands for a smooth surface has steps that
-//! this surface has not: a ray that has been reflected by it, or has passed it, meets them from the
-//! wrong side (n·u ≥ 0, n the smoothed normal towards the ray's own phase). Such a step is **passed**: the ray goes
-//! straight on in its own phase, if within [`REACH`] voxels it comes out of the step through a face that
-//! looks the same way (n·n′ > 0). So every crossing of the smooth surface is one event and positions
-//! are off by a voxel or less, which vanishes with the voxel. Where a ray does not come out again,
-//! normals are at fault, and the face itself is met, with its own normal.
+//! never converge ([`NormalRule::Faces`]).
+//!
+//! A staircase that stands for a smooth surface has steps that this surface has not: a ray that has
+//! been reflected or refracted by it meets them from behind (n·u ≥ 0, n the smoothed normal towards the
+//! ray's own phase). Such a step is **passed**: the ray goes straight on in its own phase, if within
+//! [`REACH`] voxels it comes out of the step through a face that looks the same way (n·n′ > 0). So every
+//! crossing of the smooth surface is one event, and positions are off by about a voxel, which vanishes
+//! with the voxel. Where the ray does not come out again normals are at fault, and the face itself is
+//! met, with its own normal. A ray that has not just been turned by that surface meets it at grazing
+//! incidence; one that goes straight through an interface (equal indices) has met nothing, and finds
+//! every voxel of the file.
+//!
 //! With [`Steps::Mirrored`] every step is met; a direction that lands on the wrong side of the face
 //! is mirrored about it. That is biased at every voxel size (docs/voxels.md).
 
@@ -30,6 +35,7 @@ use super::sheet::plane_ahead;
 use super::{BodyId, Face, Interface, MediumId, Next, Ray, Start, SurfaceId, Universe};
 use crate::math::DVec3;
 use crate::rng::Stream;
+use std::sync::Arc;
 use lattice::{Lattice, Walk};
 use normal::{FaceId, Normals, Window, others};
 
@@ -133,6 +139,8 @@ pub struct Place {
     before: [i64; 3],
     behind: [i64; 3],
     beyond: u8,
+    /// Phase across the surface that has just turned the ray.
+    turned_by: Option<u8>,
     /// Limit that `next` walked up to, if nothing was met; the cell there is `behind`.
     reached: f64,
 }
@@ -142,7 +150,12 @@ impl VoxelUniverse {
     ///
     /// # Errors
     /// Edges or smoothing out of range, voxels without a phase.
-    pub fn new(volume: Volume, phases: Vec<Phase>, rules: &Rules) -> Result<Self, Error> {
+    pub fn new(
+        volume: impl Into<Arc<Volume>>,
+        phases: Vec<Phase>,
+        rules: &Rules,
+    ) -> Result<Self, Error> {
+        let volume = volume.into();
         if !rules.edge.iter().all(|e| e.is_finite() && *e > 0.0) {
             return Err(Error::Edge);
         }
@@ -279,7 +292,14 @@ impl VoxelUniverse {
 
     /// What a ray meets that has passed from its own phase into another, with the walk already there;
     /// or the steps for which it goes on regardless.
-    fn meets(&self, walk: &Walk<'_>, ray: &Ray, passed: &Passed, scratch: &mut Scratch) -> Met {
+    fn meets(
+        &self,
+        walk: &Walk<'_>,
+        ray: &Ray,
+        passed: &Passed,
+        turned: bool,
+        scratch: &mut Scratch,
+    ) -> Met {
         let (facet, n) = self.normals_of(passed, scratch);
         let found = |n, facet| Met::Interface(self.interface(passed.own, passed.other, passed.t, n, facet));
         let cos = n.dot(ray.dir);
@@ -287,7 +307,8 @@ impl VoxelUniverse {
             scratch.forced += u64::from(cos >= 0.0);
             return found(against(ray.dir, n), facet);
         }
-        if cos < 0.0 {
+        if cos < 0.0 || !turned {
+            let n = against(ray.dir, n);
             return found(n, n);
         }
         if let Some(steps) = self.comes_out(walk.clone(), ray, passed.own, n, scratch) {
@@ -391,6 +412,7 @@ impl Universe for VoxelUniverse {
             before: cell,
             behind: cell,
             beyond: phase,
+            turned_by: None,
             reached: -1.0,
         };
         Start { place, medium: self.medium(phase) }
@@ -405,10 +427,11 @@ impl Universe for VoxelUniverse {
         }
         let mut walk = Walk::new(&self.lattice, ray, place.shift, place.cell);
         let own = place.phase;
-        let mut free = 0;
+        // Steps left that are passed, and within which a step may still be one of the surface just left.
+        let (mut free, mut near) = (0, if place.turned_by.is_some() { REACH } else { 0 });
         if walk.phase() != own {
             match self.within_step(&walk, ray, place, m) {
-                Met::Step(steps) => free = steps,
+                Met::Step(steps) => (free, near) = (steps, steps + REACH),
                 Met::Interface(at) => {
                     (place.before, place.behind, place.beyond) = (walk.cell, walk.cell, walk.phase());
                     return Next::Interface(at);
@@ -426,6 +449,7 @@ impl Universe for VoxelUniverse {
             }
             let from = walk.cell;
             walk.step(axis);
+            near -= u32::from(near > 0);
             if free > 0 {
                 free -= 1;
                 continue;
@@ -434,8 +458,9 @@ impl Universe for VoxelUniverse {
                 continue;
             }
             let passed = Passed::after(&walk, ray, axis, t, from, own);
-            match self.meets(&walk, ray, &passed, m) {
-                Met::Step(steps) => free = steps,
+            let turned = near > 0 && place.turned_by.is_none_or(|p| p == passed.other);
+            match self.meets(&walk, ray, &passed, turned, m) {
+                Met::Step(steps) => (free, near) = (steps, steps + REACH),
                 Met::Interface(at) => {
                     (place.before, place.behind, place.beyond) = (from, walk.cell, passed.other);
                     return Next::Interface(at);
@@ -462,15 +487,18 @@ impl Universe for VoxelUniverse {
             }
             place.cell = walk.cell;
         }
+        place.turned_by = None;
         place.ray = *ray;
     }
 
     fn reflected(&self, ray: &Ray, place: &mut Place, _: &mut Scratch, _: &Interface) {
         place.cell = place.before;
+        place.turned_by = Some(place.beyond);
         place.ray = *ray;
     }
 
     fn crossed(&self, ray: &mut Ray, place: &mut Place, _: &mut Scratch, _: &Interface) {
+        place.turned_by = (ray.dir != place.ray.dir).then_some(place.phase);
         place.cell = place.behind;
         place.phase = place.beyond;
         place.ray = *ray;
