@@ -49,7 +49,7 @@ pub fn rules(edge: f64) -> Rules {
 }
 
 /// Voxels of a body: phase of each voxel's centre (µm, x = y = 0 in the middle, z from the bottom).
-pub fn voxelised(cells: [usize; 3], edge: f64, phase: impl Fn(DVec3) -> u8) -> Volume {
+pub fn voxelised(cells: [usize; 3], edge: f64, mut phase: impl FnMut(DVec3) -> u8) -> Volume {
     let mut out = Vec::with_capacity(cells.iter().product());
     for z in 0..cells[2] {
         for y in 0..cells[1] {
@@ -81,7 +81,7 @@ pub fn fresnel_event(dir: DVec3, at: &Interface, n1: f64, n2: f64, s: &mut Strea
 }
 
 /// How a ray left: its direction, its path in media above 0, its interfaces. `None`: lost, or caught
-/// for 10⁵ events.
+/// for 2000 events.
 pub struct Left {
     pub dir: DVec3,
     pub inside: f64,
@@ -101,7 +101,7 @@ pub fn follow<U: Universe>(
     let start = u.enter(&ray, memory, s);
     let (mut place, mut medium) = (start.place, start.medium);
     let mut inside = 0.0;
-    for events in 0..100_000 {
+    for events in 0..2000 {
         let end = limit(&ray);
         match u.next(&ray, &mut place, memory, end, s) {
             Next::Interface(at) => {

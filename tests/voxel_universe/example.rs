@@ -8,9 +8,11 @@ use std::path::Path;
 
 pub const CELLS: [usize; 3] = [64, 64, 48];
 
-/// Labels of a voxel's centre: 0 pore, 1 wall, 2 lumen. Fibres lie in the plane, unbounded, flattened;
+/// Labels of the centres of voxels of 1/`fine` µm: 0 pore, 1 wall, 2 lumen. Fibres lie in the plane, unbounded, flattened;
 /// where they overlap a wall is a wall.
-pub fn labels() -> Vec<u8> {
+pub fn labels(fine: usize) -> Vec<u8> {
+    let h = 1.0 / fine as f64;
+    let centre = |i: usize| (i as f64 + 0.5) * h;
     let mut s = stream(48);
     let fibres: Vec<_> = (0..9)
         .map(|i| {
@@ -23,10 +25,10 @@ pub fn labels() -> Vec<u8> {
         })
         .collect();
     let mut out = Vec::new();
-    for k in 0..CELLS[2] {
-        for j in 0..CELLS[1] {
-            for i in 0..CELLS[0] {
-                let (x, y, z) = (i as f64 - 31.5, j as f64 - 31.5, k as f64 + 0.5);
+    for k in 0..fine * CELLS[2] {
+        for j in 0..fine * CELLS[1] {
+            for i in 0..fine * CELLS[0] {
+                let (x, y, z) = (centre(i) - 32.0, centre(j) - 32.0, centre(k));
                 let mut label = 0;
                 for ((sin, cos), offset, height, (a, b), wall) in &fibres {
                     let across = x * sin - y * cos - offset;
@@ -46,7 +48,7 @@ pub fn labels() -> Vec<u8> {
 #[test]
 fn the_shipped_volume_is_what_the_seed_makes() {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/data/fibres.nrrd");
-    let made = labels();
+    let made = labels(1);
     if std::env::var_os("LIGHTPRO_WRITE").is_some() {
         let plane = CELLS[0] * CELLS[1];
         let grid = Grid { cells: CELLS, edge: [1.0; 3] };
@@ -59,4 +61,20 @@ fn the_shipped_volume_is_what_the_seed_makes() {
     println!("{shares:?}, {} bytes", std::fs::metadata(&file).unwrap().len());
     assert!(shares[1] > 0.15 && shares[2] > 0.02, "{shares:?}");
     assert!(std::fs::metadata(&file).unwrap().len() < 100_000);
+}
+
+#[test]
+#[ignore]
+fn finer() {
+    for fine in [1, 2, 4] {
+        let made = labels(fine);
+        let cells = CELLS.map(|n| n * fine);
+        let plane = cells[0] * cells[1];
+        let grid = Grid { cells, edge: [1.0; 3] };
+        let file = format!("/tmp/fine/fibres{fine}.nrrd");
+        nrrd(Path::new(&file), grid, true, |z, slice| slice.copy_from_slice(&made[z * plane..][..plane])).unwrap();
+        let v = Volume::of(cells, &made).unwrap();
+        let c = v.counts(3);
+        println!("{fine}: {:.3} {:.3} {:.3}", 96.0 * c[0] as f64 / made.len() as f64, 96.0 * 2.25 * c[1] as f64 / made.len() as f64, 96.0 * c[2] as f64 / made.len() as f64);
+    }
 }

@@ -26,7 +26,12 @@ pub fn angles(
         let ray = start(&mut s);
         let begin = u.enter(&ray, &mut memory, &mut s);
         let mut place = begin.place;
-        if let Next::Interface(at) = u.next(&ray, &mut place, &mut memory, f64::INFINITY, &mut s) {
+        // The start may lie in a step of the staircase.
+        if begin.medium != AIR {
+            continue;
+        }
+        // Farther away it is the neighbour in the mirror.
+        if let Next::Interface(at) = u.next(&ray, &mut place, &mut memory, 8.0, &mut s) {
             let m = exact(ray.at(at.distance));
             let angle = at.normal.cross(m).length().atan2(at.normal.dot(m));
             let cos = -ray.dir.dot(m);
@@ -46,34 +51,56 @@ pub fn angles(
     Angles { rms: of(sum), worst, fresnel: of(fresnel), bias: bias / n as f64, n }
 }
 
+/// Sphere or unbounded fibre of a radius in voxels.
+fn round(flat: bool, per_radius: usize, normals: NormalRule) -> Angles {
+    let radius = per_radius as f64;
+    let side = 2 * per_radius + 20;
+    let middle = DVec3::new(0.13, 0.37, 0.5 * side as f64 + 0.21);
+    let level = |p: DVec3| if flat { DVec3::new(p.x, 0.0, p.z) } else { p };
+    let along = if flat { 8 } else { side };
+    let volume = voxelised([side, along, side], 1.0, |p| u8::from(level(p - middle).length() < radius));
+    let u = VoxelUniverse::new(volume, phases(2), &Rules { normals, ..rules(1.0) }).unwrap();
+    // From just outside towards a point of the surface, cosine about its normal.
+    let start = |s: &mut Stream| {
+        let n = level(isotropic(s)).normalize();
+        let dir = loop {
+            let d = isotropic(s);
+            if s.uniform() < -d.dot(n) {
+                break d;
+            }
+        };
+        Ray { origin: middle + n * radius - dir * 3.5, dir }
+    };
+    angles(&u, 20_000, start, |p| level(p - middle).normalize())
+}
+
+/// The table of docs/voxels.md. Curvature costs nothing; what is left is the lattice, less the wider the
+/// smoothing, and more where the surface runs along an axis.
 #[test]
-fn table_of_normals() {
-    for sigma in [1.5, 2.0, 3.0, 4.0] {
-        for per_radius in [8, 16, 32, 64] {
-            let edge = 1.0;
-            let radius = per_radius as f64;
-            let side = 2 * per_radius + 20;
-            for flat in [false, true] {
-                let middle = DVec3::new(0.13, 0.37, 0.5 * side as f64 + 0.21);
-                let level = |p: DVec3| if flat { DVec3::new(p.x, 0.0, p.z) } else { p };
-                let along = if flat { 8 } else { side };
-                let volume = voxelised([side, along, side], edge, |p| u8::from(level(p - middle).length() < radius));
-                let rules = Rules { normals: NormalRule::Smoothed(sigma), ..rules(edge) };
-                let u = VoxelUniverse::new(volume, phases(2), &rules).unwrap();
-                let start = |s: &mut Stream| {
-                    // From just outside towards a point of the surface, cosine about its normal.
-                    let n = level(isotropic(s)).normalize();
-                    let d = loop {
-                        let d = isotropic(s);
-                        if s.uniform() < -d.dot(n) {
-                            break d;
-                        }
-                    };
-                    Ray { origin: middle + n * radius - d * 3.5, dir: d }
-                };
-                let a = angles(&u, 20_000, start, |p| level(p - middle).normalize());
-                println!("sigma {sigma} r {per_radius:>3} {}: rms {:.3} deg worst {:.2} deg  R rms {:.4} bias {:+.5}  n {}", if flat {"fibre "} else {"sphere"}, a.rms.to_degrees(), a.worst.to_degrees(), a.fresnel, a.bias, a.n);
+fn smoothed_normals_are_a_degree_off_and_faces_some_fifty() {
+    for sigma in [1.0, 1.5, 2.0, 3.0, 4.0] {
+        for flat in [false, true] {
+            for per_radius in [8, 16, 32, 64] {
+                let a = round(flat, per_radius, NormalRule::Smoothed(sigma));
+                println!(
+                    "sigma {sigma} r {per_radius:>2} {}: rms {:.2} deg, worst {:.2}; Fresnel R rms {:.4}, mean {:+.5} ({})",
+                    if flat { "fibre " } else { "sphere" },
+                    a.rms.to_degrees(),
+                    a.worst.to_degrees(),
+                    a.fresnel,
+                    a.bias,
+                    a.n
+                );
+                let most = if flat { 4.8 } else { 2.2 } / sigma;
+                if sigma >= 2.0 {
+                    assert!(a.rms.to_degrees() < most, "{} above {most}", a.rms.to_degrees());
+                }
             }
         }
+    }
+    for per_radius in [8, 64] {
+        let a = round(false, per_radius, NormalRule::Faces);
+        println!("faces r {per_radius:>2}: rms {:.1} deg; Fresnel R rms {:.3}, mean {:+.3}", a.rms.to_degrees(), a.fresnel, a.bias);
+        assert!(a.rms.to_degrees() > 30.0);
     }
 }

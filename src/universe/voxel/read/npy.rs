@@ -60,7 +60,7 @@ fn value<'a>(header: &'a str, key: &str) -> Option<&'a str> {
 }
 
 fn sample(file: &Path, descr: &str) -> Result<(Sample, bool), Error> {
-    let (order, kind) = descr.split_at(descr.len().min(1));
+    let kind = descr.trim_start_matches(['<', '>', '|', '=']);
     let sample = match kind {
         "u1" | "b1" => Sample::U8,
         "i1" => Sample::I8,
@@ -76,5 +76,5 @@ fn sample(file: &Path, descr: &str) -> Result<(Sample, bool), Error> {
             ));
         }
     };
-    Ok((sample, order == ">"))
+    Ok((sample, descr.starts_with('>')))
 }

@@ -52,7 +52,8 @@ pub fn open(file: &Path) -> Result<Source, Error> {
 fn page(file: &Path, pages: &mut Pages, number: u64) -> Result<((u32, u32), Sample), Error> {
     let size = pages.dimensions().map_err(|e| fault(file, &e))?;
     let colour = pages.colortype().map_err(|e| fault(file, &e))?;
-    let format = pages.find_tag_unsigned::<u16>(Tag::SampleFormat).map_err(|e| fault(file, &e))?.unwrap_or(1);
+    let formats = pages.find_tag_unsigned_vec::<u16>(Tag::SampleFormat).map_err(|e| fault(file, &e))?;
+    let format = formats.and_then(|f| f.first().copied()).unwrap_or(1);
     let sample = match (colour, format) {
         (ColorType::Gray(8), 1) => Sample::U8,
         (ColorType::Gray(8), 2) => Sample::I8,
