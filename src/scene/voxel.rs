@@ -13,7 +13,8 @@ pub fn build(v: &Voxels, scene: &Scene) -> Result<(VoxelUniverse, Vec<String>), 
     let placed = matches!(scene.source, Source::Point { .. })
         || matches!(scene.source, Source::Collimated { radius, .. } if radius > 0.0);
     let rules = Rules { anywhere: v.random.unwrap_or(!placed), ..v.rules.clone() };
-    let universe = VoxelUniverse::new(v.volume.clone(), v.phases.clone(), &rules).map_err(|e| e.to_string())?;
+    let universe =
+        VoxelUniverse::new(v.volume.clone(), v.phases.clone(), &rules).map_err(|e| e.to_string())?;
     let remarks = remarks(v, &rules, scene);
     Ok((universe, remarks))
 }

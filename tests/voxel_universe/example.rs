@@ -1,5 +1,5 @@
 //! The shipped volume scenes/data/fibres.nrrd: nine hollow fibres, made here from a seed.
-//! `LIGHTPRO_WRITE=1 cargo test --test voxel_universe the_shipped_volume` writes it anew.
+//! `LIGHTPRO_WRITE=1 cargo test --test voxel_universe the_shipped` writes it anew, and a plate.
 
 use super::*;
 use lightpro::universe::voxel::read::{Labels, open};
@@ -64,17 +64,13 @@ fn the_shipped_volume_is_what_the_seed_makes() {
 }
 
 #[test]
-#[ignore]
-fn finer() {
-    for fine in [1, 2, 4] {
-        let made = labels(fine);
-        let cells = CELLS.map(|n| n * fine);
-        let plane = cells[0] * cells[1];
-        let grid = Grid { cells, edge: [1.0; 3] };
-        let file = format!("/tmp/fine/fibres{fine}.nrrd");
-        nrrd(Path::new(&file), grid, true, |z, slice| slice.copy_from_slice(&made[z * plane..][..plane])).unwrap();
-        let v = Volume::of(cells, &made).unwrap();
-        let c = v.counts(3);
-        println!("{fine}: {:.3} {:.3} {:.3}", 96.0 * c[0] as f64 / made.len() as f64, 96.0 * 2.25 * c[1] as f64 / made.len() as f64, 96.0 * c[2] as f64 / made.len() as f64);
+fn the_shipped_plate_is_solid() {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/data/plate.nrrd");
+    let cells = [8, 8, 4];
+    if std::env::var_os("LIGHTPRO_WRITE").is_some() {
+        nrrd(&file, Grid { cells, edge: [10.0, 10.0, 25.0] }, false, |_, slice| slice.fill(255)).unwrap();
     }
+    let map = Labels::new(vec![(255, 255, 0)]).unwrap();
+    let shipped = open(&file).unwrap().load(&map, false, 256).unwrap();
+    assert!(shipped == Volume::of(cells, &[0; 256]).unwrap());
 }

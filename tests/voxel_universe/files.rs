@@ -177,7 +177,11 @@ fn bad_files_are_refused_with_reasons() {
     said(&with("j.nrrd", head("7 5 3", "uint16", "raw"), &all), 1000, &["endian"]);
     let unknown: Vec<u8> = all.iter().map(|&l| if l == 3 { 77 } else { l }).collect();
     let number = format!("77 ({} voxels", unknown.iter().filter(|&&l| l == 77).count());
-    said(&with("k.nrrd", head("7 5 3", "uint8", "raw"), &unknown), 1000, &[&number, "without a material", "slice"]);
+    said(
+        &with("k.nrrd", head("7 5 3", "uint8", "raw"), &unknown),
+        1000,
+        &[&number, "without a material", "slice"],
+    );
     // Gzip data that end early.
     let mut packed = GzEncoder::new(Vec::new(), flate2::Compression::none());
     packed.write_all(&all[..50]).unwrap();
@@ -271,7 +275,10 @@ fn scenes_with_bad_volumes_are_refused() {
         (volume("file=\"v.nrrd\"", labels), "needs the attribute `voxel`"),
         (volume("file=\"v.nrrd\" voxel=\"1 2 um\"", labels), "one or three edges"),
         (volume("file=\"v.nrrd\" voxel=\"1 um\"", ""), "needs a <label>"),
-        (volume("file=\"v.nrrd\" voxel=\"1 um\"", &labels.replace("255", "100")), "labels without a material: 200"),
+        (
+            volume("file=\"v.nrrd\" voxel=\"1 um\"", &labels.replace("255", "100")),
+            "labels without a material: 200",
+        ),
         (volume("file=\"v.nrrd\" voxel=\"1 um\"", &format!("{labels}{labels}")), "stands twice"),
         (volume("file=\"w.nrrd\" voxel=\"1 um\"", labels), "no such file"),
         (volume("file=\"../v.nrrd\" voxel=\"1 um\"", labels), "outside the scene's folder"),

@@ -100,7 +100,12 @@ fn smoothed_normals_are_a_degree_off_and_faces_some_fifty() {
     }
     for per_radius in [8, 64] {
         let a = round(false, per_radius, NormalRule::Faces);
-        println!("faces r {per_radius:>2}: rms {:.1} deg; Fresnel R rms {:.3}, mean {:+.3}", a.rms.to_degrees(), a.fresnel, a.bias);
+        println!(
+            "faces r {per_radius:>2}: rms {:.1} deg; Fresnel R rms {:.3}, mean {:+.3}",
+            a.rms.to_degrees(),
+            a.fresnel,
+            a.bias
+        );
         assert!(a.rms.to_degrees() > 30.0);
     }
 }

@@ -15,7 +15,9 @@ impl Reading<'_> {
         let Some(own) = e.child("volume") else {
             if !e.own.misspelt.get() {
                 let d = Diagnostic::error(e.own.place, "a voxel universe needs a <volume>");
-                self.out.push(d.help("as <volume file=\"stack.tif\" voxel=\"1 um\">, with a <label> for each value"));
+                self.out.push(
+                    d.help("as <volume file=\"stack.tif\" voxel=\"1 um\">, with a <label> for each value"),
+                );
             }
             return None;
         };
@@ -24,7 +26,11 @@ impl Reading<'_> {
         let normals = self.normals(own);
         let rules = Rules {
             edge: edge.unwrap_or([1.0; 3]),
-            lateral: if own.text("lateral") == Some("periodic") { Lateral::Periodic } else { Lateral::Mirror },
+            lateral: if own.text("lateral") == Some("periodic") {
+                Lateral::Periodic
+            } else {
+                Lateral::Mirror
+            },
             normals,
             steps: if normals != NormalRule::Faces && own.text("steps") == Some("mirrored") {
                 Steps::Mirrored

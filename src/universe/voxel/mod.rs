@@ -32,18 +32,20 @@ pub use lattice::Lateral;
 pub use volume::{Volume, VolumeError};
 
 use super::sheet::plane_ahead;
-use super::{BodyId, Face, Interface, MediumId, Next, Ray, Start, SurfaceId, Universe};
+use super::{BodyId, Interface, MediumId, Next, Ray, Start, SurfaceId, Universe};
 use crate::math::DVec3;
 use crate::rng::Stream;
-use std::sync::Arc;
 use lattice::{Lattice, Walk};
 use normal::{FaceId, Normals, Window, others};
+use std::sync::Arc;
 
 /// Voxels within which a ray must come out of a step of the staircase.
 pub const REACH: u32 = 32;
 
-/// Voxels that a ray walks without an event; one that meets nothing for so long meets nothing.
-const FAR: u32 = 1 << 20;
+/// A ray so level that the next face is more than this many voxels away …
+const LEVEL: f64 = (1 << 20) as f64;
+/// … is taken to meet nothing more if it has met nothing for so many voxels.
+const FAR: u32 = 1 << 16;
 
 /// What voxels of a phase are made of. Labels of equal medium and surface law are one phase: where they
 /// touch there is optical contact.
@@ -150,11 +152,7 @@ impl VoxelUniverse {
     ///
     /// # Errors
     /// Edges or smoothing out of range, voxels without a phase.
-    pub fn new(
-        volume: impl Into<Arc<Volume>>,
-        phases: Vec<Phase>,
-        rules: &Rules,
-    ) -> Result<Self, Error> {
+    pub fn new(volume: impl Into<Arc<Volume>>, phases: Vec<Phase>, rules: &Rules) -> Result<Self, Error> {
         let volume = volume.into();
         if !rules.edge.iter().all(|e| e.is_finite() && *e > 0.0) {
             return Err(Error::Edge);
@@ -173,7 +171,9 @@ impl VoxelUniverse {
         let lattice = Lattice::new(volume, rules.edge, rules.lateral, outside);
         let normals = match rules.normals {
             NormalRule::Faces => None,
-            NormalRule::Smoothed(sigma) if (0.5..=6.0).contains(&sigma) => Some(Normals::new(&lattice, sigma)),
+            NormalRule::Smoothed(sigma) if (0.5..=6.0).contains(&sigma) => {
+                Some(Normals::new(&lattice, sigma))
+            }
             NormalRule::Smoothed(_) => return Err(Error::Smoothing),
         };
         Ok(VoxelUniverse { lattice, phases, normals, steps: rules.steps, anywhere: rules.anywhere })
@@ -226,8 +226,7 @@ impl VoxelUniverse {
         if mirrored[a] {
             id[a] -= 1;
         }
-        let phases =
-            if own_is_low { (passed.own, passed.other) } else { (passed.other, passed.own) };
+        let phases = if own_is_low { (passed.own, passed.other) } else { (passed.other, passed.own) };
         let corners =
             normals.of_face(&self.lattice, FaceId { low: id, axis: a }, phases, &mut scratch.window);
         let (b, c) = others(a);
@@ -292,14 +291,7 @@ impl VoxelUniverse {
 
     /// What a ray meets that has passed from its own phase into another, with the walk already there;
     /// or the steps for which it goes on regardless.
-    fn meets(
-        &self,
-        walk: &Walk<'_>,
-        ray: &Ray,
-        passed: &Passed,
-        turned: bool,
-        scratch: &mut Scratch,
-    ) -> Met {
+    fn meets(&self, walk: &Walk<'_>, ray: &Ray, passed: &Passed, turned: bool, scratch: &mut Scratch) -> Met {
         let (facet, n) = self.normals_of(passed, scratch);
         let found = |n, facet| Met::Interface(self.interface(passed.own, passed.other, passed.t, n, facet));
         let cos = n.dot(ray.dir);
@@ -438,10 +430,13 @@ impl Universe for VoxelUniverse {
                 }
             }
         }
-        for _ in 0..FAR {
-            if walk.leaves() {
-                break;
-            }
+        let (ahead, face) = plane_ahead(ray, self.lattice.top(), 0.0);
+        // Level, in the volume or beside it: never at a face.
+        let ahead = if walk.sign(2) == 0 { f64::INFINITY } else { ahead };
+        let least_edge = self.lattice.edge.iter().copied().fold(f64::INFINITY, f64::min);
+        let mut far = if ahead > LEVEL * least_edge { FAR } else { u32::MAX };
+        while !walk.leaves() && far > 0 {
+            far -= 1;
             let (axis, t) = walk.ahead();
             if t > limit {
                 (place.behind, place.reached) = (walk.cell, limit);
@@ -467,13 +462,11 @@ impl Universe for VoxelUniverse {
                 }
             }
         }
-        let (distance, face) = plane_ahead(ray, self.lattice.top(), 0.0);
-        if distance > limit {
+        if ahead > limit {
             (place.behind, place.reached) = (walk.cell, limit);
             return Next::Limit;
         }
-        let face = if ray.dir.z < 0.0 { Face::Bottom } else { face };
-        Next::Edge { face, distance }
+        Next::Edge { face, distance: ahead }
     }
 
     fn moved(&self, ray: &Ray, place: &mut Place, _: &mut Scratch, d: f64) {

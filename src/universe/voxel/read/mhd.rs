@@ -10,13 +10,19 @@ pub fn open(file: &Path) -> Result<Source, Error> {
     let (mut cells, mut kind, mut data, mut big_endian, mut skip) = (None, None, None, false, 0);
     while let Some(line) = lines.next()? {
         let Some((name, value)) = line.split_once('=') else {
-            return Err(Error::new(file, "this is no MetaImage header", "lines of a header read Name = value"));
+            return Err(Error::new(
+                file,
+                "this is no MetaImage header",
+                "lines of a header read Name = value",
+            ));
         };
         let value = value.trim().to_owned();
         match name.trim() {
             "DimSize" => cells = Some(three(file, "DimSize", &value)?),
             "ElementType" => kind = Some(sample(file, &value)?),
-            "BinaryDataByteOrderMSB" | "ElementByteOrderMSB" => big_endian = value.eq_ignore_ascii_case("true"),
+            "BinaryDataByteOrderMSB" | "ElementByteOrderMSB" => {
+                big_endian = value.eq_ignore_ascii_case("true")
+            }
             "CompressedData" if value.eq_ignore_ascii_case("true") => {
                 let help = "write it uncompressed, or as gzipped NRRD";
                 return Err(Error::new(file, "compressed data are not supported", help));

@@ -33,9 +33,11 @@ impl Error {
     fn io(file: &Path, e: &std::io::Error) -> Self {
         match e.kind() {
             std::io::ErrorKind::NotFound => Error::new(file, "no such file", "check the name"),
-            std::io::ErrorKind::UnexpectedEof => {
-                Error::new(file, "the file ends before its last voxel", "it is cut off: copy or write it again")
-            }
+            std::io::ErrorKind::UnexpectedEof => Error::new(
+                file,
+                "the file ends before its last voxel",
+                "it is cut off: copy or write it again",
+            ),
             _ => Error::new(file, e, "the file cannot be read"),
         }
     }

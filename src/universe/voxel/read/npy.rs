@@ -9,7 +9,8 @@ const MAGIC: &[u8] = b"\x93NUMPY";
 pub fn open(file: &Path) -> Result<Source, Error> {
     let mut reader = std::fs::File::open(file).map_err(|e| Error::io(file, &e))?;
     let mut head = [0; 8];
-    let cut = || Error::new(file, "this is no NumPy array", "write it with numpy.save(\"volume.npy\", labels)");
+    let cut =
+        || Error::new(file, "this is no NumPy array", "write it with numpy.save(\"volume.npy\", labels)");
     reader.read_exact(&mut head).map_err(|_| cut())?;
     if !head.starts_with(MAGIC) {
         return Err(cut());

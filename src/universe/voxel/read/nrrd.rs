@@ -32,7 +32,8 @@ pub fn open(file: &Path) -> Result<Source, Error> {
             _ => {}
         }
     }
-    let missing = |what: &str| Error::new(file, format!("the header has no `{what}`"), "it is no complete NRRD");
+    let missing =
+        |what: &str| Error::new(file, format!("the header has no `{what}`"), "it is no complete NRRD");
     let sample = sample(file, &kind.ok_or_else(|| missing("type"))?)?;
     let encoding = encoding.ok_or_else(|| missing("encoding"))?;
     let gzip = match encoding.as_str() {

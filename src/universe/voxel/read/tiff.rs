@@ -11,7 +11,11 @@ use tiff::tags::Tag;
 type Pages = Decoder<BufReader<File>>;
 
 fn fault(file: &Path, e: &tiff::TiffError) -> Error {
-    Error::new(file, e, "a stack of grey pages, plain, LZW or deflate, written by the usual programs, is read")
+    Error::new(
+        file,
+        e,
+        "a stack of grey pages, plain, LZW or deflate, written by the usual programs, is read",
+    )
 }
 
 fn pages(file: &Path) -> Result<Pages, Error> {
