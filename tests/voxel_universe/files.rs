@@ -189,7 +189,11 @@ fn bad_files_are_refused_with_reasons() {
     said(&with("l.nrrd", head("7 5 3", "uint8", "gzip"), &packed), 1000, &["ends before its last voxel"]);
 
     let meta = "DimSize = 7 5 3\nElementType = MET_UCHAR\n";
-    said(&with("a.mhd", format!("{meta}ElementDataFile = gone.raw\n"), b""), 1000, &[]).to_owned();
+    said(
+        &with("a.mhd", format!("{meta}ElementDataFile = gone.raw\n"), b""),
+        1000,
+        &["gone.raw", "no such file"],
+    );
     said(&with("b.mhd", format!("CompressedData = True\n{meta}"), b""), 1000, &["compressed", "NRRD"]);
     said(&with("c.mhd", "DimSize = 7 5 3\nElementType = MET_FLOAT\n".into(), b""), 1000, &["MET_FLOAT"]);
     said(&with("d.mhd", meta.into(), b""), 1000, &["ElementDataFile"]);
