@@ -107,6 +107,8 @@ pub fn simulate(
             (AnyUniverse::Mixture(u), _) => one::<_, LANES>(scene, plan, u, wavelengths, group, &mut tell),
             (AnyUniverse::Synthetic(u), 1) => one::<_, 1>(scene, plan, u, wavelengths, group, &mut tell),
             (AnyUniverse::Synthetic(u), _) => one::<_, LANES>(scene, plan, u, wavelengths, group, &mut tell),
+            (AnyUniverse::Voxel(u), 1) => one::<_, 1>(scene, plan, u, wavelengths, group, &mut tell),
+            (AnyUniverse::Voxel(u), _) => one::<_, LANES>(scene, plan, u, wavelengths, group, &mut tell),
         }?;
         complete &= result.node.histories == scene.run.histories;
         groups.push(result);
@@ -153,7 +155,7 @@ fn backing(scene: &Scene) -> Option<f64> {
     match &scene.universe {
         Where::Statistical(sheet) => sheet.backing,
         Where::Mixture(mixture) => mixture.backing,
-        Where::Synthetic(_) => None,
+        Where::Synthetic(_) | Where::Voxel(_) => None,
     }
 }
 

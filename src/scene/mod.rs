@@ -12,6 +12,7 @@ pub mod plan;
 pub mod statistical;
 pub mod synthetic;
 pub mod table;
+pub mod voxel;
 
 pub use build::{Options, implied_coarseness, read, read_text, section_areas};
 pub use diagnostic::Diagnostics;

@@ -6,8 +6,10 @@ use crate::material::RefractiveIndex;
 use crate::math::DVec3;
 use crate::phase::Phase;
 use crate::spectrum::Spectrum;
+use crate::universe::voxel::{self, Volume};
 use crate::universe::{MediumId, SurfaceId};
 use std::path::PathBuf;
+use std::sync::Arc;
 
 /// A whole scene.
 #[derive(Clone, Debug)]
@@ -259,6 +261,21 @@ pub enum Universe {
     Mixture(Mixture),
     /// Known explicitly.
     Synthetic(Synthetic),
+    /// Known voxel by voxel.
+    Voxel(Voxels),
+}
+
+/// A labelled volume.
+#[derive(Clone, Debug)]
+pub struct Voxels {
+    /// The voxels: indices into `phases`.
+    pub volume: Arc<Volume>,
+    /// What they are made of.
+    pub phases: Vec<voxel::Phase>,
+    /// How the volume is placed and read; `anywhere` as asked for, or as the source wants it.
+    pub rules: voxel::Rules,
+    /// Position asked for: displaced at random, or fixed.
+    pub random: Option<bool>,
 }
 
 /// A statistical sheet.

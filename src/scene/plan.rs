@@ -3,7 +3,7 @@
 use super::media::Media;
 use super::model::{self, Branching, Memory, Ratio, Scatterer, Scene, SurfaceKind, Universe};
 use super::statistical::LayerReport;
-use super::{mixture, statistical, synthetic};
+use super::{mixture, statistical, synthetic, voxel};
 use crate::lpm::LANES;
 use crate::math::DVec3;
 use crate::source::Source;
@@ -67,6 +67,12 @@ impl Plan {
             Universe::Synthetic(s) => {
                 let u = synthetic::universe(s).map_err(|e| e.to_string())?;
                 (AnyUniverse::Synthetic(u), Vec::new(), extent(s))
+            }
+            Universe::Voxel(v) => {
+                let (universe, found) = voxel::build(v, scene)?;
+                notes = found;
+                let top = universe.thickness();
+                (AnyUniverse::Voxel(universe), Vec::new(), Some((top, 0.0)))
             }
         };
         let (top, bottom) = faces.unwrap_or((0.0, 0.0));

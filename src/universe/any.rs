@@ -4,6 +4,7 @@ use super::mixture::MixtureUniverse;
 use super::statistical::StatisticalUniverse;
 use super::statistical::lazy::LazyUniverse;
 use super::synthetic::SyntheticUniverse;
+use super::voxel::VoxelUniverse;
 
 /// Any universe; matched once per run, never per event.
 #[derive(Clone, Debug)]
@@ -16,4 +17,6 @@ pub enum AnyUniverse {
     Mixture(MixtureUniverse),
     /// Explicit bodies.
     Synthetic(SyntheticUniverse),
+    /// A labelled volume.
+    Voxel(VoxelUniverse),
 }

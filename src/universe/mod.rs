@@ -14,6 +14,7 @@ pub mod shape;
 pub mod sheet;
 pub mod statistical;
 pub mod synthetic;
+pub mod voxel;
 
 use crate::math::DVec3;
 use crate::rng::Stream;

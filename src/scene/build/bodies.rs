@@ -14,6 +14,9 @@ impl Reading<'_> {
             if c.own.name == "mixture" {
                 let d = Diagnostic::error(c.own.place, "a <mixture> is known by its statistics only");
                 self.out.push(d.help("use kind=\"statistical\""));
+            } else if c.own.name == "volume" {
+                let d = Diagnostic::error(c.own.place, "a <volume> is known voxel by voxel");
+                self.out.push(d.help("use kind=\"voxel\""));
             } else if c.own.name == "sheet" {
                 bodies.extend(self.slabs(e, c));
             } else if let Some(geometry) = self.geometry(c, ambient) {

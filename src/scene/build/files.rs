@@ -11,7 +11,11 @@ pub const TOO_LARGE: &str = "the file is larger than 64 MiB";
 
 /// 64-bit FNV-1a of bytes, for the manifest: detects change, not forgery.
 pub fn fnv(bytes: &[u8]) -> u64 {
-    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |h, b| (h ^ u64::from(*b)).wrapping_mul(0x0100_0000_01b3))
+    fnv_on(0xcbf2_9ce4_8422_2325, bytes)
+}
+
+fn fnv_on(hash: u64, bytes: &[u8]) -> u64 {
+    bytes.iter().fold(hash, |h, b| (h ^ u64::from(*b)).wrapping_mul(0x0100_0000_01b3))
 }
 
 /// A text file of at most 64 MiB.
@@ -69,11 +73,16 @@ pub fn roots(path: &Path) -> Vec<PathBuf> {
 }
 
 impl Reading<'_> {
-    /// The text of the file that an attribute names, and the file's name for messages.
-    pub fn file(&mut self, a: &Attribute) -> Option<(PathBuf, String)> {
+    /// The file that an attribute names, as written and resolved, if it may be read.
+    pub fn located(&mut self, a: &Attribute) -> Option<(PathBuf, PathBuf)> {
         let asking = self.out.files.get(a.value_place.file)?.path.clone();
         let folder = asking.parent().unwrap_or(Path::new(""));
         let path = folder.join(a.value.trim());
+        self.allowed(a, path)
+    }
+
+    /// A path and what it resolves to, if the scene may read it.
+    pub fn allowed(&mut self, a: &Attribute, path: PathBuf) -> Option<(PathBuf, PathBuf)> {
         let full = resolved(&path);
         if !self.options.allow_outside && !self.roots.iter().any(|r| full.starts_with(r)) {
             self.out.push(
@@ -87,6 +96,30 @@ impl Reading<'_> {
             );
             return None;
         }
+        Some((path, full))
+    }
+
+    /// Notes a file that the scene is made of, by the hash of its bytes, read in pieces.
+    pub fn note_file(&mut self, path: &Path) -> Result<(), std::io::Error> {
+        if self.files.iter().any(|f| f.0 == path) {
+            return Ok(());
+        }
+        let mut file = std::fs::File::open(path)?;
+        let (mut hash, mut piece) = (fnv(&[]), vec![0; 1 << 20]);
+        loop {
+            let n = file.read(&mut piece)?;
+            if n == 0 {
+                break;
+            }
+            hash = fnv_on(hash, &piece[..n]);
+        }
+        self.files.push((path.to_path_buf(), hash));
+        Ok(())
+    }
+
+    /// The text of the file that an attribute names, and the file's name for messages.
+    pub fn file(&mut self, a: &Attribute) -> Option<(PathBuf, String)> {
+        let (path, full) = self.located(a)?;
         match load(&full) {
             Ok(text) => {
                 if !self.files.iter().any(|f| f.0 == path) {

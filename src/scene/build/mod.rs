@@ -9,6 +9,7 @@ mod materials;
 mod mixture;
 mod node;
 mod sheet;
+mod voxel;
 
 use super::diagnostic::{Diagnostic, Diagnostics, Place, SourceFile, nearest};
 use super::document::{self, Element, MAX_BYTES};

@@ -17,6 +17,7 @@ impl Reading<'_> {
         let Some(e) = e else { return nothing };
         match e.text("kind") {
             Some("synthetic") => self.synthetic(e, materials),
+            Some("voxel") => self.voxels(e).unwrap_or(nothing),
             Some("statistical") => match e.child("sheet").ok_or_else(|| e.child("mixture")) {
                 Err(Some(mixture)) => Universe::Mixture(self.markov_mixture(e, mixture, materials)),
                 Ok(sheet) => Universe::Statistical(self.statistical(e, sheet, materials, surfaces)),

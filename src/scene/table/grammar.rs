@@ -93,7 +93,7 @@ const SAP: &[A] = &[
 ];
 
 const UNIVERSE: &[A] = &[
-    w("kind", Choice(&["statistical", "synthetic"]), Required, "Components known by statistics, or explicit."),
+    w("kind", Choice(&["statistical", "synthetic", "voxel"]), Required, "Components known by statistics, explicit, or a labelled volume."),
     a("memory", NumberOr(Q::Count, &["homogeneous", "markov", "none", "full"]), Range::closed(1.0, 1e9), Default("none"), "Statistical: rung of the memory ladder, from nothing remembered to everything; a number: the last so many flights and the bodies met on them (of a <mixture>: layers)."),
     w("rate", Choice(&["matched", "boolean"]), Optional, "Statistical, memory `none`: rate that keeps mass or surface; without it `matched` for bodies that light enters, `boolean` for opaque ones."),
     w("overlap", Choice(&["union", "priority", "forbid"]), Default("union"), "Statistical: where bodies overlap a point is solid if any wall covers it, or one body rules, or bodies do not overlap (an approximation of hard packing)."),
@@ -120,6 +120,25 @@ const PHASE: &[A] = &[
     w("material", Reference("material"), Required, "What the layers of this phase are made of."),
     a("chord", Number(Q::Length), POS, Required, "Mean thickness of a layer of this phase (exponential law)."),
     a("share", Number(Q::Number), POS, Default("1"), "More than two phases: share among the phases that may follow another, P_ij = share_j / sum over k ≠ i of share_k."),
+];
+
+const VOLUME: &[A] = &[
+    w("file", File, Required, "Stack of labels: TIFF, NRRD, MHD/RAW or NPY, whole numbers."),
+    a("voxel", List(Q::Length, None), POS, Required, "Edge of a voxel, or its edges along x, y and z."),
+    w("top", Choice(&["last", "first"]), Default("last"), "Slice that is the upper face of the sheet."),
+    w("lateral", Choice(&["mirror", "periodic"]), Default("mirror"), "How the volume goes on sideways: reflected at its side faces, or repeated."),
+    w("normals", Choice(&["smoothed", "faces"]), Default("smoothed"), "Where surfaces look: along the gradient of the labels smoothed by a Gaussian, or along the axes (never converges)."),
+    a("smoothing", Number(Q::Number), Range::closed(0.5, 6.0), Default("2"), "Standard deviation of the Gaussian in voxels."),
+    w("steps", Choice(&["passed", "mirrored"]), Default("passed"), "Steps of the staircase that a ray meets from behind: passed, for the smooth surface has none; or met, what lands behind the face mirrored about it (biased)."),
+    w("position", Choice(&["random", "fixed"]), Optional, "Random: each ray finds the volume displaced sideways by chance, so that light falls evenly on all of it; fixed: its middle stands above x = y = 0. Without it random, but for a point source and a beam with a radius."),
+    a("max-voxels", Number(Q::Count), Range::closed(1.0, 1e12), Default("4e9"), "Larger files are refused before anything is read; a voxel takes 1 to 8 bits of memory."),
+];
+
+const LABEL: &[A] = &[
+    w("value", Integer, Required, "Value of the voxels."),
+    w("to", Integer, Optional, "Last value, for a range."),
+    w("material", Reference("material"), Required, "What they are made of. Labels of one material and surface are one body."),
+    w("surface", Reference("surface"), Default("smooth"), "Law of the surface. Between two labels the later one rules, unless it is smooth."),
 ];
 
 const LAYER: &[A] = &[
@@ -313,10 +332,10 @@ pub static RULES: &[Rule] = &[
     Rule { key: "sap", doc: "Sphere Area Partitioning of the surface's directions; without it the continuous law.", attributes: &[SAP], children: &[] },
     Rule {
         key: "universe",
-        doc: "Where components are. Statistical: one <sheet> or one <mixture>. Synthetic: primitives, or a <sheet> of homogeneous layers.",
+        doc: "Where components are. Statistical: one <sheet> or one <mixture>. Synthetic: primitives, or a <sheet> of homogeneous layers. Voxel: one <volume>.",
         attributes: &[UNIVERSE],
         children: &[
-            maybe("sheet"), maybe("mixture"), many("sphere"), many("ellipsoid"), many("cylinder"), many("box"), many("plane"), many("slab"),
+            maybe("sheet"), maybe("mixture"), maybe("volume"), many("sphere"), many("ellipsoid"), many("cylinder"), many("box"), many("plane"), many("slab"),
         ],
     },
     Rule { key: "sheet", doc: "Layers from top (where light comes from) to bottom, from z = thickness down to z = 0.", attributes: &[SHEET], children: &[some("layer")] },
@@ -326,6 +345,13 @@ pub static RULES: &[Rule] = &[
         attributes: &[MIXTURE],
         children: &[some("phase")],
     },
+    Rule {
+        key: "volume",
+        doc: "A labelled volume between z = 0 and its height, as a microtomogram is one.",
+        attributes: &[VOLUME],
+        children: &[some("label")],
+    },
+    Rule { key: "label", doc: "What a label, or a range of labels, stands for.", attributes: &[LABEL], children: &[] },
     Rule { key: "phase", doc: "A phase of a mixture.", attributes: &[PHASE], children: &[] },
     Rule {
         key: "layer",

@@ -249,8 +249,8 @@ impl Memory {
             return None;
         }
         let list = &mut self.nearby;
-        // Written so that a radius of 0 and distances that are no numbers rebuild it.
-        if !(middle.distance(list.centre) + half <= list.radius) {
+        let reaches = middle.distance(list.centre) + half;
+        if list.radius == 0.0 || reaches.is_nan() || reaches > list.radius {
             list.list.clear();
             (list.centre, list.radius, list.through) = (middle, half + slack, self.first_sighting);
         }

@@ -155,7 +155,7 @@ impl<E: Exactness> LazyUniverse<E> {
     /// What lies ahead within `limit`.
     fn look(&self, ray: &Ray, place: &mut Place, m: &mut Memory, limit: f64, rng: &mut Stream) -> Answer {
         if let Some(face) = place.outside {
-            return self.from_outside(face, ray, place, m, rng);
+            return self.face_ahead(face, ray, place, m, rng);
         }
         if place.stale > POCKET && self.last != u32::MAX {
             self.leave_pocket(ray, place, m);
@@ -237,7 +237,7 @@ impl<E: Exactness> LazyUniverse<E> {
     }
 
     /// From outside, the sheet's face is met at once, or never.
-    fn from_outside(
+    fn face_ahead(
         &self,
         face: Face,
         ray: &Ray,
