@@ -247,7 +247,53 @@ fn cut_edges_take_one_layer_of_bodies() {
         .replace("</layer>", "</layer><layer thickness=\"10 um\"><fibres material=\"wall\" width=\"30 um\" wall=\"solid\" grammage=\"1 g/m2\"/></layer>");
     let shown = scene(&two).expect_err("two layers").to_string();
     assert!(shown.contains("a second layer of bodies under edges=\"cut\""), "{shown}");
-    assert!(shown.contains("use edges=\"contained\", or put all bodies into one layer"), "{shown}");
+    assert!(
+        shown.contains("use edges=\"contained\" or memory=\"full\", or put all bodies into one layer"),
+        "{shown}"
+    );
+}
+
+/// What a memory rung cannot do is said with a way out.
+#[test]
+fn memory_rungs_say_what_they_cannot() {
+    let sheet = |memory: &str, edges: &str, fibres: &str, run: &str| {
+        let text = format!(
+            r#"<scene name="rungs" version="1">
+  <materials><material id="air" index="1"/><material id="wall" index="1.5"><scattering mu-s="10 1/mm"/></material></materials>
+  <universe kind="statistical" memory="{memory}" edges="{edges}">
+    <sheet thickness="100 um" pore="air"><layer><fibres material="wall" width="20 um" wall="solid" volume-fraction="0.3" {fibres}</layer></sheet>
+  </universe>
+  <source kind="diffuse"/><spectrum at="550 nm"/>
+  <run histories="4096" {run}/>
+</scene>"#
+        );
+        scene(&text)
+    };
+    sheet("full", "contained", "/>", "histories-per-realisation=\"16\"").expect("a good scene");
+    for (memory, edges, fibres, run, says) in [
+        ("4", "contained", "/>", "", "a finite memory is wrong for `fibres`, whose material scatters inside"),
+        ("full", "contained", "bonded=\"0.2\"/>", "", "`bonded` of `fibres` belongs to memory=\"none\""),
+        (
+            "markov",
+            "cut",
+            "><profile><at depth=\"0\" density=\"1\"/></profile></fibres>",
+            "",
+            "this memory knows no <profile>",
+        ),
+        ("none", "contained", "tilt=\"10 deg\"/>", "", "cannot lie wholly in the sheet"),
+        (
+            "full",
+            "cut",
+            "tilt=\"10 deg\"><profile><at depth=\"0\" density=\"1\"/></profile></fibres>",
+            "",
+            "have no depth that a <profile> could ask for",
+        ),
+        ("none", "contained", "/>", "histories-per-realisation=\"16\"", "only where it is remembered"),
+        ("full", "contained", "/>", "histories-per-realisation=\"12\"", "no whole number of realisations"),
+    ] {
+        let shown = sheet(memory, edges, fibres, run).expect_err(says).to_string();
+        assert!(shown.contains(says) && shown.contains("help:"), "{says}:\n{shown}");
+    }
 }
 
 #[test]
