@@ -85,9 +85,4 @@ fn faults_are_told() {
     let uneven = with(r#"memory="full""#, r#"memory="homogeneous""#);
     let uneven = uneven.replacen(r#"material="b""#, r#"material="glass""#, 1);
     assert!(scene(&uneven).expect_err("").to_string().contains("no homogeneous average"));
-    // A sheet of bodies does not remember layers.
-    let start = GOOD.find("<mixture").unwrap();
-    let end = GOOD.find("</mixture>").unwrap() + "</mixture>".len();
-    let sheet = GOOD.replace(&GOOD[start..end], r#"<sheet thickness="1 um"><layer material="a"/></sheet>"#);
-    assert!(scene(&sheet).expect_err("").to_string().contains("this memory is for a <mixture>"));
 }
