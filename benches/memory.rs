@@ -154,6 +154,7 @@ fn time<U: Universe>(sheet: &Sheet, universe: &U, kept: impl Fn(&U::Memory) -> [
         top: sheet.height,
         bottom: 0.0,
         backing: None,
+        gap: None,
         analog: false,
     };
     let source = Source::diffuse(DVec3::new(0.0, 0.0, sheet.height), 0.0);

@@ -1,5 +1,7 @@
 //! What the commands do; `main` only parses their arguments.
 
+pub mod sweep;
+
 use crate::report::manifest::{Host, InputFile, peak_memory_bytes};
 use crate::report::{self, Manifest, RunFolder, RunResult, text};
 use crate::run::{Outcome, Progress, simulate};
@@ -165,6 +167,27 @@ pub fn finish(
     Ok(Finished { scene, plan, outcome, result, expects })
 }
 
+/// `difference`: what tells the results in two folders (or `result.json` files) apart; the table also as
+/// CSV into `out`.
+///
+/// # Errors
+/// Results that cannot be read, a file that cannot be written.
+pub fn difference(first: &Path, second: &Path, out: Option<&Path>) -> Result<String, Failure> {
+    let read = |path: &Path| {
+        let path = if path.is_dir() { path.join("result.json") } else { path.to_owned() };
+        let told = |e: &dyn fmt::Display| Failure::Input(format!("error: {}: {e}", path.display()));
+        let text = std::fs::read_to_string(&path).map_err(|e| told(&e))?;
+        RunResult::from_json(&text).map_err(|e| told(&e))
+    };
+    let (a, b) = (read(first)?, read(second)?);
+    let rows = report::difference::rows(&a, &b);
+    if let Some(path) = out {
+        report::write_atomic(path, report::difference::csv(&rows).as_bytes())
+            .map_err(|e| Failure::Input(format!("error: {}: {e}", path.display())))?;
+    }
+    Ok(format!("{} -> {}\n{}", a.scene, b.scene, report::difference::text(&rows)))
+}
+
 /// `run`: simulates, writes the results folder, prints the table of figures.
 ///
 /// # Errors
@@ -189,6 +212,7 @@ pub fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<(), Failure> {
     let manifest = manifest(&done, args, started);
     report::folder::write(&folder, &done.scene, &done.plan, &done.outcome, &done.result)
         .and_then(|()| folder.write("manifest.json", manifest.to_json().as_bytes()))
+        .and_then(|()| folder.write("report.html", page(&done, &manifest).as_bytes()))
         .map_err(|e| Failure::Input(format!("error: writing to {}: {e}", out.display())))?;
     if args.json {
         print!("{}", done.result.to_json());
@@ -210,6 +234,13 @@ pub fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<(), Failure> {
         );
     }
     verdict(&done)
+}
+
+/// The page of one run.
+fn page(done: &Finished, manifest: &Manifest) -> String {
+    let part =
+        report::html::Part { label: "", scene: &done.scene, outcome: &done.outcome, result: &done.result };
+    report::html::Report { parts: &[part], plan: &done.plan, manifest, sweep: None, tables: &[] }.page()
 }
 
 /// The figures worth a line on the terminal: all of paper optics; of spectra the first, the middle and

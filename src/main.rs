@@ -1,7 +1,7 @@
 //! `lightpro`: light in paper, from the command line.
 
-use clap::{Args, Parser, Subcommand};
-use lightpro::command::{self, Failure, RunArgs, SceneArgs};
+use clap::{Args, CommandFactory, Parser, Subcommand};
+use lightpro::command::{self, Failure, RunArgs, SceneArgs, sweep};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -40,6 +40,10 @@ enum Command {
         /// Print result.json
         #[arg(long)]
         json: bool,
+        /// Run at several values of one thing: NAME=FROM:TO:STEP or NAME=A,B,C, with a unit behind if it has
+        /// one, as in wall.index=1.50:1.58:0.02 or "source.polar=0:75:15 deg"
+        #[arg(long, value_parser = sweep::Sweep::parse)]
+        sweep: Option<sweep::Sweep>,
     },
     /// Say what will be simulated, and why
     Plan {
@@ -50,6 +54,16 @@ enum Command {
     Check {
         #[command(flatten)]
         scene: SceneOptions,
+    },
+    /// Say what tells two results apart: colour differences, and every figure that both have
+    Difference {
+        /// Results folder, or its result.json
+        first: PathBuf,
+        /// The other
+        second: PathBuf,
+        /// Write the table as CSV too
+        #[arg(short, long)]
+        out: Option<PathBuf>,
     },
     /// List the refractive indices that come with the program
     Materials {
@@ -63,8 +77,22 @@ enum Command {
     /// Print the XML schema of scenes
     Schema {
         /// The reference page of scenes instead
-        #[arg(long)]
+        #[arg(long, conflicts_with = "result")]
         markdown: bool,
+        /// The JSON schema of result.json instead
+        #[arg(long)]
+        result: bool,
+    },
+    /// Print the completions of a shell, to be sourced by it
+    Completions {
+        /// Which one
+        shell: clap_complete::Shell,
+    },
+    /// Write the manual pages
+    Manual {
+        /// Folder to write them into
+        #[arg(short, long, default_value = ".")]
+        out: PathBuf,
     },
 }
 
@@ -72,7 +100,7 @@ enum Command {
 struct SceneOptions {
     /// Scene file
     scene: PathBuf,
-    /// Value for a ${name} of the scene
+    /// Value for a ${name} of the scene, or for an attribute: id.attribute, as in wall.index=1.53
     #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = define)]
     define: Vec<(String, String)>,
     /// Allow files outside the scene's folder
@@ -98,19 +126,36 @@ fn histories(text: &str) -> Result<u64, String> {
 
 fn main() -> ExitCode {
     let ended = match Cli::parse().command {
-        Command::Run { scene, out, histories, seed, threads, force, quiet, json } => {
+        Command::Run { scene, out, histories, seed, threads, force, quiet, json, sweep } => {
             let command_line = std::env::args().collect();
             let args = RunArgs { out, histories, seed, threads, force, quiet, json, command_line };
-            command::run(&scene.into_args(), &args)
+            match sweep {
+                Some(sweep) => command::sweep::run(&scene.into_args(), &args, &sweep),
+                None => command::run(&scene.into_args(), &args),
+            }
         }
         Command::Plan { scene } => command::plan(&scene.into_args()).map(|t| print!("{t}")),
         Command::Check { scene } => command::check(&scene.into_args()).map(|t| println!("{t}")),
+        Command::Difference { first, second, out } => {
+            command::difference(&first, &second, out.as_deref()).map(|t| print!("{t}"))
+        }
         Command::Materials { filter, from } => command::materials(&from, &filter).map(|t| print!("{t}")),
-        Command::Schema { markdown } => {
+        Command::Schema { markdown, result } => {
             use lightpro::scene::table;
-            print!("{}", if markdown { table::markdown() } else { table::xsd() });
+            let text = match (markdown, result) {
+                (true, _) => table::markdown(),
+                (_, true) => lightpro::report::schema::result(),
+                _ => table::xsd(),
+            };
+            print!("{text}");
             Ok(())
         }
+        Command::Completions { shell } => {
+            clap_complete::generate(shell, &mut Cli::command(), "lightpro", &mut std::io::stdout());
+            Ok(())
+        }
+        Command::Manual { out } => clap_mangen::generate_to(Cli::command(), &out)
+            .map_err(|e| Failure::Input(format!("error: {}: {e}", out.display()))),
     };
     match ended {
         Ok(()) => ExitCode::SUCCESS,

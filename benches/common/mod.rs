@@ -128,6 +128,7 @@ impl<U: Universe> Case<'_, U> {
             path: false,
             view: None,
             pile: 1,
+            detectors: Default::default(),
         }
     }
 }

@@ -28,6 +28,9 @@ pub struct World<'a, U: Universe, const N: usize> {
     pub bottom: f64,
     /// Lambertian backing in optical contact with the lower face: its reflectance.
     pub backing: Option<f64>,
+    /// Lambertian backing below an air gap: its reflectance. Light that it sends back no longer counts to
+    /// the sheet alone.
+    pub gap: Option<f64>,
     /// Analog absorption: a ray is absorbed as a whole or not at all (one lane only).
     pub analog: bool,
 }
@@ -332,14 +335,20 @@ pub fn edge<U: Universe, S: Scorer<N>, const N: usize>(
         tally.absorbed_at(path, None, &absorbed);
         add(&mut h.ledger.absorbed, &absorbed);
         path.power = scaled(&path.power, rg);
-        let (cos, sin) = rng.azimuth();
-        let s2 = rng.uniform();
-        let s = s2.sqrt();
-        let up = DVec3::new(s * cos, s * sin, (1.0 - s2).sqrt());
+        let up = lambertian_up(rng);
         return rg > 0.0 && enter_again(world, path, up, true, h, rng);
     }
     if path.single() {
         tally.leaves(path, face);
+    }
+    if face == Face::Bottom
+        && let Some(rg) = world.gap
+    {
+        add(&mut h.ledger.absorbed, &scaled(&path.power, 1.0 - rg));
+        path.power = scaled(&path.power, rg);
+        path.deepest = 1;
+        let up = lambertian_up(rng);
+        return rg > 0.0 && enter_again(world, path, up, true, h, rng);
     }
     match face {
         Face::Top if path.sheet > 0 => {
@@ -359,6 +368,14 @@ pub fn edge<U: Universe, S: Scorer<N>, const N: usize>(
             false
         }
     }
+}
+
+/// A direction upwards by Lambert's law.
+fn lambertian_up(rng: &mut Stream) -> DVec3 {
+    let (cos, sin) = rng.azimuth();
+    let s2 = rng.uniform();
+    let s = s2.sqrt();
+    DVec3::new(s * cos, s * sin, (1.0 - s2).sqrt())
 }
 
 /// Into the `same` sheet again, or the next one of a pile, an independent sheet: same point.

@@ -2,13 +2,15 @@
 
 use super::{Histories, run_group};
 use crate::lpm::{LANES, World};
-use crate::math::cos;
+use crate::math::{DVec3, cos};
 use crate::sap::Healpix;
 use crate::scene::plan::Plan;
-use crate::scene::{Branching, OpticsGeometry, Scene, Universe as Where, optics};
+use crate::scene::{Branching, OpticsGeometry, PaperOptics, Scene, Universe as Where, optics};
+use crate::source::Source;
 use crate::stats::{Fold, Moments};
+use crate::tally::detectors::{self, Aperture, Flight, Lateral};
 use crate::tally::layout::Depth;
-use crate::tally::{Cell, Layout, Node, View};
+use crate::tally::{Cell, Detectors, Layout, Node, View};
 use crate::universe::Universe;
 use crate::universe::any::AnyUniverse;
 
@@ -129,7 +131,7 @@ fn one<U: Universe, const N: usize>(
     tell: &mut impl FnMut(&Fold<Node>, u64, &Layout) -> bool,
 ) -> Result<GroupResult, String> {
     let light = optics::light::<N>(scene, &plan.media, wavelengths)?;
-    let layout = layout(scene, plan, wavelengths.len())?;
+    let layout = layout(scene, plan, wavelengths)?;
     let split = match scene.run.branching {
         Branching::Split { nside, floor } => Some(optics::split(&light, nside, floor)?),
         Branching::Sample => None,
@@ -140,7 +142,8 @@ fn one<U: Universe, const N: usize>(
         roulette: scene.run.roulette,
         event_cap: scene.run.event_cap,
         split: split.as_ref(),
-        pile: layout.pile,
+        pile: scene.optics.as_ref().map_or(1, |o| o.pile),
+        gap: scene.optics.as_ref().and_then(|o| o.backing),
         top: plan.top,
         bottom: plan.bottom,
         backing: backing(scene),
@@ -160,11 +163,9 @@ fn backing(scene: &Scene) -> Option<f64> {
 }
 
 /// The cells that the scene's detectors and figures need.
-fn layout(scene: &Scene, plan: &Plan, lanes: usize) -> Result<Layout, String> {
-    let view = scene.optics.as_ref().map(|o| match o.geometry {
-        OpticsGeometry::Total => View::All,
-        OpticsGeometry::DiffuseNormal => View::Cone { cos: cos(o.view) },
-    });
+fn layout(scene: &Scene, plan: &Plan, wavelengths: &[f64]) -> Result<Layout, String> {
+    let (lanes, nm) = (wavelengths.len(), wavelengths[0]);
+    let view = scene.optics.as_ref().map(|o| view(o, &plan.source));
     let angular = scene.detect.angular.map(Healpix::new).transpose().map_err(|e| e.to_string())?;
     Ok(Layout {
         lanes,
@@ -175,6 +176,64 @@ fn layout(scene: &Scene, plan: &Plan, lanes: usize) -> Result<Layout, String> {
         checkpoint: scene.detect.checkpoint,
         path: scene.detect.path,
         view,
-        pile: scene.optics.as_ref().map_or(1, |o| o.pile),
+        // A backing below a gap is counted as one more sheet.
+        pile: scene.optics.as_ref().map_or(1, |o| if o.backing.is_some() { 2 } else { o.pile }),
+        detectors: detectors(scene, plan, nm)?,
+    })
+}
+
+/// How the instrument of the optical figures looks.
+fn view(optics: &PaperOptics, source: &Source) -> View {
+    match optics.geometry {
+        OpticsGeometry::DiffuseNormal | OpticsGeometry::FortyFiveNormal => {
+            View::Cone { cos: cos(optics.view) }
+        }
+        OpticsGeometry::NormalDiffuse | OpticsGeometry::EightDiffuse if optics.trap > 0.0 => {
+            let light = travelling(source).unwrap_or(-DVec3::Z);
+            let polar = optics.geometry.polar().unwrap_or(0.0);
+            View::Beyond {
+                axis: DVec3::new(light.x, light.y, -light.z),
+                cos: cos(optics.trap),
+                share: 1.0 - detectors::lambertian_in_cone(polar, optics.trap),
+            }
+        }
+        _ => View::All,
+    }
+}
+
+/// Direction of parallel light.
+fn travelling(source: &Source) -> Option<DVec3> {
+    match source {
+        Source::Collimated { dir, .. } => Some(*dir),
+        _ => None,
+    }
+}
+
+/// Detectors that the scene asks for; the time of flight is that of the wavelength `nm`.
+fn detectors(scene: &Scene, plan: &Plan, nm: f64) -> Result<Detectors, String> {
+    let asked = &scene.detect;
+    let mut apertures = Vec::new();
+    if let Some(light) = travelling(&plan.source) {
+        apertures.extend(asked.gloss.map(|(opening, across)| Aperture::gloss(light, opening, across)));
+        apertures.extend(asked.haze.map(|angle| Aperture::haze(light, angle)));
+    }
+    let flight = match asked.flight {
+        Some((longest, bins)) => {
+            Some(Flight { longest, bins, group_index: optics::group_indices(scene, &plan.media, nm)? })
+        }
+        None => None,
+    };
+    let screen = |h: &crate::scene::Halftone| detectors::Halftone {
+        coverage: h.coverage,
+        period: h.period,
+        ink: h.ink,
+    };
+    Ok(Detectors {
+        apertures,
+        lateral: asked.lateral.map(|(radius, rings)| Lateral::new(radius, rings)),
+        halftones: asked.halftones.iter().map(screen).collect(),
+        flight,
+        klems: asked.klems,
+        faces: (plan.top, plan.bottom),
     })
 }

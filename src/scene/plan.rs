@@ -81,6 +81,7 @@ impl Plan {
         let effects = effects(scene, &groups);
         let mut remarks = remarks(scene, &layers);
         remarks.extend(notes);
+        remarks.extend(super::reciprocity::remark(scene));
         remarks.extend(scene.warnings.iter().cloned());
         Ok(Plan { universe, media, source, top, bottom, layers, groups, spectrum, effects, remarks })
     }

@@ -33,6 +33,7 @@ fn reflected<U: Universe>(
         top,
         bottom: 0.0,
         backing: None,
+        gap: None,
         analog: false,
     };
     let layout = crate::transport::layout(light.media.len());
@@ -116,6 +117,7 @@ fn hit_share(row: &Row, radius: f64) -> Check {
         top: 0.0,
         bottom: 0.0,
         backing: None,
+        gap: None,
         analog: false,
     };
     let layout = crate::transport::layout(2);

@@ -91,6 +91,7 @@ impl Case {
             top: self.height,
             bottom: 0.0,
             backing: self.backing,
+            gap: None,
             analog: false,
         }
     }

@@ -189,6 +189,7 @@ pub fn layout(media: usize) -> Layout {
         path: true,
         view: None,
         pile: 1,
+        detectors: Default::default(),
     }
 }
 
@@ -208,6 +209,7 @@ pub fn world<'a, U: Universe, const N: usize>(
         top: height,
         bottom: 0.0,
         backing: None,
+        gap: None,
         analog: false,
     }
 }

@@ -92,6 +92,7 @@ pub fn read_text(text: &str, path: &Path, options: &Options) -> Result<Scene, Di
     }
     r.collect_defines(&root);
     r.expand(&mut root);
+    r.set_attributes(&mut root);
     table::check(&root, rule, false, &mut r.out);
     let scene = r.scene(Node::new(&root, rule));
     r.unused_defines();
@@ -134,8 +135,11 @@ impl<'o> Reading<'o> {
         let materials = self.materials(root.child("materials"));
         let surfaces = self.surfaces(root.child("surfaces"));
         let universe = self.universe(root.child("universe"), &materials, &surfaces);
-        let source = self.source(root.child("source"), !matches!(universe, Universe::Synthetic(_)));
+        let optics = root.child("optics");
+        let source = self.source(root.child("source"), !matches!(universe, Universe::Synthetic(_)), optics);
         let run = self.run(root.child("run"), &universe);
+        let detect = self.detect(root.child("detect"), &source, &run);
+        let optics = optics.map(|o| self.optics(o, &source));
         Scene {
             name: root.text("name").unwrap_or_default().to_string(),
             path: PathBuf::new(),
@@ -144,8 +148,8 @@ impl<'o> Reading<'o> {
             universe,
             source,
             wavelengths: self.wavelengths.clone(),
-            detect: self.detect(root.child("detect")),
-            optics: root.child("optics").map(|o| self.optics(o)),
+            detect,
+            optics,
             run,
             expects: root.children("expect").map(|e| self.expect(e)).collect(),
             warnings: Vec::new(),
@@ -170,7 +174,7 @@ impl<'o> Reading<'o> {
                 used: false,
             });
         }
-        for (name, value) in &self.options.defines {
+        for (name, value) in self.options.defines.iter().filter(|d| !d.0.contains('.')) {
             match self.defines.iter_mut().find(|d| d.name == *name) {
                 Some(d) => (d.value, d.overridden) = (value.clone(), true),
                 None => self.defines.push(Define {
@@ -217,6 +221,30 @@ impl<'o> Reading<'o> {
         }
         for child in &mut e.children {
             self.expand(child);
+        }
+    }
+
+    /// `-D element.attribute=value`: the element by its `id` or `name`, or by its own name if there is only
+    /// one of it.
+    fn set_attributes(&mut self, root: &mut Element) {
+        let options = self.options;
+        for (path, value) in options.defines.iter().filter(|d| d.0.contains('.')) {
+            let (which, attribute) = path.rsplit_once('.').unwrap_or((path, ""));
+            let found = root.count_matching(which);
+            let problem = match found {
+                1 => {
+                    root.set_matching(which, attribute, value);
+                    continue;
+                }
+                0 => format!(
+                    "-D {path}={value}: no element has the id or name `{which}`, and none is <{which}>"
+                ),
+                n => format!("-D {path}={value}: {n} elements are called `{which}`"),
+            };
+            let d = Diagnostic::nowhere(problem);
+            self.out.push(
+                d.help("written id.attribute, as in wall.index, or element.attribute, as in source.polar"),
+            );
         }
     }
 

@@ -256,11 +256,27 @@ const DETECT: &[A] = &[
     a("depth", Number(Q::Count), Range::closed(1.0, 1e5), Optional, "Absorption and fluence over this many depth bins."),
     a("checkpoint", Number(Q::Length), ANY, Optional, "Height of a plane that scores rays going up."),
     w("path", YES_NO, Default("no"), "Mean path and collisions by medium."),
+    w("gloss", YES_NO, Default("no"), "Specular gloss of parallel light (20, 60 or 75 deg): power in the receiver's window about the mirror direction over that of black glass, n = 1.540, times 100."),
+    a("gloss-aperture", List(Q::Angle, None), Range::above(0.0, PI / 2.0), Optional, "Full opening of that window: one angle for a circle, two for a rectangle in and across the plane of incidence. Without it 5 deg at 20 deg (TAPPI T653), 4.4 and 11.7 deg at 60 deg (ISO 2813), 11.42 deg elsewhere (TAPPI T480)."),
+    a("haze", Number(Q::Angle), Range::above(0.0, PI / 2.0), Optional, "Share of the transmitted parallel light that is turned by more than this angle (ASTM D1003: 2.5 deg)."),
+    a("lateral", Number(Q::Length), POS, Optional, "Lateral spread of light that enters at one point: point spread, edge response and modulation transfer within this radius."),
+    a("rings", Number(Q::Count), Range::closed(1.0, 1e4), Default("50"), "Rings of the point spread function."),
+    a("path-histogram", Number(Q::Length), POS, Optional, "Histograms of path length up to this one, and of time of flight, of the light that leaves."),
+    a("path-bins", Number(Q::Count), Range::closed(1.0, 1e5), Default("100"), "Bins of these histograms."),
+    w("klems", YES_NO, Default("no"), "BRDF and BTDF between all 145 × 145 patches of the Klems basis (bsdf.xml); needs diffuse light without a trap and one wavelength."),
+];
+
+const HALFTONE: &[A] = &[
+    a("coverage", Number(Q::Fraction), SHARE, Required, "Share of the area under ink."),
+    a("period", Number(Q::Length), POS, Required, "Period of the lines of ink, which run across x."),
+    a("ink", Number(Q::Fraction), SHARE, Default("0.05"), "Transmittance of the ink film for one passage."),
 ];
 
 const OPTICS: &[A] = &[
-    w("geometry", Choice(&["d/0", "total"]), Default("d/0"), "How the reflectance factor is measured: diffuse light viewed at 0°, or all reflected power of the source's light."),
-    a("view", Number(Q::Angle), Range::above(0.0, PI / 2.0), Default("15.5 deg"), "d/0: half angle of the viewing cone."),
+    w("geometry", Choice(&["d/0", "0/d", "45/0", "8/d", "total"]), Default("d/0"), "How the reflectance factor is measured: light/view. d/0: diffuse light viewed at 0°; 0/d: light from 0°, all that leaves outside the gloss trap; 45/0: light from 45°, viewed at 0°; 8/d: light from 8°, all that leaves; total: all reflected power of the source's light. Without a <source> 0/d, 45/0 and 8/d bring their own."),
+    a("view", Number(Q::Angle), Range::above(0.0, PI / 2.0), Default("15.5 deg"), "d/0, 45/0: half angle of the viewing cone."),
+    a("trap", Number(Q::Angle), Range::below(0.0, PI / 4.0), Optional, "0/d, 8/d: half angle of the gloss trap about the mirror direction; without it 15.5 deg for 0/d (ISO 2469), none for 8/d (specular included)."),
+    a("backing", Number(Q::Fraction), SHARE, Optional, "RB instead of the pile: the sheet lies, with air between, over a Lambertian backing of this reflectance."),
     a("pile", Number(Q::Count), Range::closed(1.0, 1024.0), Default("16"), "Most sheets in the simulated pile."),
     a("grammage", Number(Q::Grammage), POS, Optional, "Grammage for s and k; without it that of the sheet."),
 ];
@@ -483,7 +499,8 @@ pub static RULES: &[Rule] = &[
     },
     Rule { key: "source", doc: "Light.", attributes: &[SOURCE], children: &[] },
     Rule { key: "spectrum", doc: "Vacuum wavelengths: a list or a grid; without it 550 nm.", attributes: &[SPECTRUM], children: &[] },
-    Rule { key: "detect", doc: "What is measured beside totals.", attributes: &[DETECT], children: &[] },
+    Rule { key: "detect", doc: "What is measured beside totals.", attributes: &[DETECT], children: &[many("halftone")] },
+    Rule { key: "halftone", doc: "A line screen of ink upon the sheet: its reflectance, and the Yule–Nielsen factor n that it means.", attributes: &[HALFTONE], children: &[] },
     Rule { key: "optics", doc: "Figures of paper optics.", attributes: &[OPTICS], children: &[] },
     Rule { key: "run", doc: "How the scene is run.", attributes: &[RUN], children: &[] },
     Rule { key: "expect", doc: "An expected figure: makes the scene a test.", attributes: &[EXPECT], children: &[] },
