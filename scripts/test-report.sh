@@ -3,7 +3,7 @@
 # nothing lies outside its picture, print and dark mode work. Pictures go to the folder of the second
 # argument. Installs Debian's chromium and the npm package playwright-core (which downloads no browser)
 # where they are missing.
-#   scripts/test-report.sh [REPORT.html] [PICTURES]      without a report it runs a scene and takes its own
+#   scripts/test-report.sh [REPORT.html] [PICTURES]      without a report it runs two scenes and takes theirs
 #   scripts/test-report.sh --present                      exit code 0 if the browser and its driver are there
 set -euo pipefail
 root=$(cd "$(dirname "$0")/.." && pwd)
@@ -20,12 +20,18 @@ if ! present; then
 fi
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
-report=${1:-}
-if [[ -z $report ]]; then
-    program=${LIGHTPRO:-${CARGO_TARGET_DIR:-$root/target}/release/lightpro}
-    "$program" run "$root/scenes/handsheet.xml" --histories 20000 --quiet -o "$work/run"
-    report=$work/run/report.html
+open_report() { # REPORT PICTURES
+    mkdir -p "$2"
+    NODE_PATH=$driver/node_modules node "$root/scripts/test-report.js" "$(realpath "$1")" "$(realpath "$2")" "$work/profile-$RANDOM"
+}
+if [[ -n ${1:-} ]]; then
+    open_report "$1" "${2:-$work/pictures}"
+    exit
 fi
-pictures=${2:-$work/pictures}
-mkdir -p "$pictures"
-NODE_PATH=$driver/node_modules node "$root/scripts/test-report.js" "$(realpath "$report")" "$(realpath "$pictures")" "$work/profile"
+program=${LIGHTPRO:-${CARGO_TARGET_DIR:-$root/target}/release/lightpro}
+"$program" run "$root/scenes/tutorial/sheet.xml" -D "source.trap=0 deg" --histories 20000 --quiet -o "$work/sheet"
+"$program" run "$root/scenes/tutorial/goniometer.xml" --sweep "source.polar=0:60:30 deg" --histories 10000 --quiet -o "$work/series"
+for name in sheet series; do
+    echo "$name"
+    open_report "$work/$name/report.html" "$work/$name-pictures"
+done

@@ -5,6 +5,8 @@
 mod geometries;
 #[path = "paper_optics/spread.rs"]
 mod spread;
+#[path = "paper_optics/views.rs"]
+mod views;
 
 use lightpro::command::{Finished, RunArgs, finish};
 use lightpro::scene::{Options, read_text};

@@ -2,6 +2,7 @@
 
 use super::ledger::{Ledger, add, largest, scaled};
 use super::light::{Light, Medium};
+use super::look;
 use super::surface::{Fate, Meeting};
 use crate::math::{DVec3, fast};
 use crate::rng::Stream;
@@ -65,10 +66,20 @@ pub trait Scorer<const N: usize> {
     /// A step of length `distance` in `medium` from the path's present position; `absorbed` is the power
     /// that stays there.
     fn step<P>(&mut self, _path: &Path<P, N>, _distance: f64, _mu_a: &[f64; N], _absorbed: &[f64; N]) {}
-    /// A subsurface event.
-    fn scattered<P>(&mut self, _path: &Path<P, N>) {}
-    /// An interface is met (before its fate is drawn).
-    fn interface<P>(&mut self, _path: &Path<P, N>, _at: &Interface) {}
+    /// A subsurface event; true: next-event estimation looks from here.
+    fn scattered<P>(&mut self, _path: &Path<P, N>) -> bool {
+        false
+    }
+    /// An interface is met (before its fate is drawn); true as for `scattered`.
+    fn interface<P>(&mut self, _path: &Path<P, N>, _at: &Interface) -> bool {
+        false
+    }
+    /// Direction towards the `view`-th eye at infinity.
+    fn eye(&self, _view: usize) -> Option<DVec3> {
+        None
+    }
+    /// Power per solid angle that goes straight to an eye.
+    fn seen(&mut self, _view: usize, _power: &[f64; N]) {}
     /// Power absorbed at an opaque surface (by the medium beyond) or by the backing (`None`).
     fn absorbed_at<P>(&mut self, _path: &Path<P, N>, _beyond: Option<MediumId>, _power: &[f64; N]) {}
     /// Power leaves the first sheet (or the scene) for the first time.
@@ -174,7 +185,9 @@ fn stay<U: Universe, S: Scorer<N>, const N: usize>(
                 if !attenuate(world, medium, path, free, h, tally, rng) {
                     return false;
                 }
-                tally.scattered(path);
+                if tally.scattered(path) {
+                    look::from_medium(world, path, free, h, tally, rng);
+                }
                 path.ray.dir = dir;
                 world.universe.moved(&path.ray, &mut path.place, &mut h.memory, free);
                 if !roulette(world, path, h, rng) {
@@ -274,7 +287,9 @@ fn meet<U: Universe, S: Scorer<N>, const N: usize>(
         path.medium = at.beyond;
         return true;
     }
-    tally.interface(path, at);
+    if tally.interface(path, at) {
+        look::from_surface(world, path, at, law, h, tally, rng);
+    }
     let meeting = Meeting { dir: path.ray.dir, at, here, beyond };
     let fate = law.draw(&meeting, &mut path.power, &mut h.ledger, rng);
     settle(world, path, at, fate, h, tally)

@@ -10,6 +10,7 @@
 pub mod history;
 pub mod ledger;
 pub mod light;
+pub mod look;
 pub mod patches;
 pub mod split;
 pub mod surface;

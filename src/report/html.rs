@@ -366,7 +366,12 @@ fn inline(plot: &Plot) -> String {
 /// The SVG element alone, to stand in a page.
 fn svg_only(svg: &str) -> String {
     let start = svg.find("<svg").unwrap_or(0);
-    svg[start..].replacen("<svg", "<svg class=\"plot\"", 1)
+    let svg = svg[start..].replacen("<svg", "<svg class=\"plot\"", 1);
+    // The page has a dark mode of its own.
+    match (svg.find("<style>"), svg.find("</style>")) {
+        (Some(from), Some(to)) => format!("{}{}", &svg[..from], &svg[to + "</style>".len()..]),
+        _ => svg,
+    }
 }
 
 fn figures(result: &RunResult, body: &mut String) {

@@ -5,6 +5,7 @@ use super::csv::table;
 use super::plot::{Curve, LinePlot, Plot};
 use super::{Figure, RunFolder, Status};
 use crate::math::{PI, pow};
+use crate::optics::reflectance::interpolation;
 use crate::run::simulate::GroupResult;
 use crate::scene::{Halftone, Scene, Source};
 use crate::stats::jackknife;
@@ -40,6 +41,7 @@ pub fn figures(scene: &Scene, group: &GroupResult, lane: usize) -> Vec<Figure> {
     let mut out = Vec::new();
     apertures(scene, group, lane, &mut out);
     halftones(scene, group, lane, &mut out);
+    views(scene, group, lane, &mut out);
     lateral(group, lane, &mut out);
     flight(group, lane, &mut out);
     out
@@ -66,6 +68,20 @@ fn apertures(scene: &Scene, group: &GroupResult, lane: usize, out: &mut Vec<Figu
                 out.push(told(Figure::new("haze", value, error, "%"), "light that is transmitted"));
             }
         }
+    }
+}
+
+/// BRDF or BTDF in exact directions: radiant intensity per incident power over |cos θ|, 1/sr.
+fn views(scene: &Scene, group: &GroupResult, lane: usize, out: &mut Vec<Figure>) {
+    let layout = &group.layout;
+    let start = layout.detectors_start() + layout.detectors.views_start();
+    for (i, &(polar, azimuth)) in scene.detect.views.iter().enumerate() {
+        let m = group.moments(start + i, lane);
+        let scale = 1.0 / crate::math::cos(polar).abs();
+        let name = if polar <= crate::math::FRAC_PI_2 { "brdf" } else { "btdf" };
+        let f = Figure::new(name, m.mean() * scale, m.standard_error() * scale, "1/sr");
+        let deg = |x: f64| x * 180.0 / PI;
+        out.push(f.in_direction(deg(polar), deg(azimuth)));
     }
 }
 
@@ -131,12 +147,18 @@ fn mtf(group: &GroupResult, lane: usize, face: Face) -> Option<Vec<(f64, f64, f6
     Some(places.zip(values).map(|(f, (v, e))| (f, v, e)).collect())
 }
 
-/// Where a falling curve of (place, value) first goes below one half, by straight lines.
+/// Where a falling curve of (place, value) first goes below one half, by the cubic through the four points
+/// about it.
 fn half_place(places: &[f64], values: &[f64]) -> f64 {
     let below = values.iter().position(|v| *v < 0.5).filter(|i| *i > 0);
     let Some(i) = below else { return f64::NAN };
-    let (a, b) = (values[i - 1], values[i]);
-    places[i - 1] + (places[i] - places[i - 1]) * (a - 0.5) / (a - b)
+    let at = |x: f64| interpolation(places, x).map(|(i, w)| w * values[i]).sum::<f64>();
+    let (mut low, mut high) = (places[i - 1], places[i]);
+    for _ in 0..40 {
+        let middle = 0.5 * (low + high);
+        if at(middle) < 0.5 { high = middle } else { low = middle }
+    }
+    0.5 * (low + high)
 }
 
 /// Spatial frequency at which the modulation falls to one half, 1/mm.
@@ -375,7 +397,8 @@ mod tests {
 
     #[test]
     fn half_places_lie_between_points() {
-        assert_eq!(half_place(&[0.0, 1.0, 2.0], &[1.0, 0.6, 0.4]), 1.5);
+        let parabola = [0.0, 1.0, 2.0, 3.0].map(|x| 1.0 - 0.125 * x * x);
+        assert!((half_place(&[0.0, 1.0, 2.0, 3.0], &parabola) - 2.0).abs() < 1e-9);
         assert!(half_place(&[0.0, 1.0], &[1.0, 0.6]).is_nan());
     }
 }

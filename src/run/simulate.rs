@@ -1,7 +1,7 @@
 //! Runs a scene: every wavelength group through its universe, results side by side.
 
 use super::{Histories, run_group};
-use crate::lpm::{LANES, World};
+use crate::lpm::{LANES, World, look};
 use crate::math::{DVec3, cos};
 use crate::sap::Healpix;
 use crate::scene::plan::Plan;
@@ -233,6 +233,7 @@ fn detectors(scene: &Scene, plan: &Plan, nm: f64) -> Result<Detectors, String> {
         lateral: asked.lateral.map(|(radius, rings)| Lateral::new(radius, rings)),
         halftones: asked.halftones.iter().map(screen).collect(),
         flight,
+        views: asked.views.iter().map(|(polar, azimuth)| look::eye(*polar, *azimuth)).collect(),
         klems: asked.klems,
         faces: (plan.top, plan.bottom),
     })

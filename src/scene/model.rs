@@ -590,6 +590,8 @@ pub struct Detect {
     pub halftones: Vec<Halftone>,
     /// Scattering matrix in the Klems basis.
     pub klems: bool,
+    /// Exact directions by next-event estimation: polar angle and azimuth, rad.
+    pub views: Vec<(f64, f64)>,
 }
 
 /// A line screen of ink upon the sheet.

@@ -52,6 +52,10 @@ impl Plan {
     /// # Errors
     /// A scene that cannot be made, with the reason.
     pub fn new(scene: &Scene) -> Result<Self, String> {
+        if !scene.detect.views.is_empty() {
+            super::reciprocity::seen_by_next_event(scene)
+                .map_err(|e| format!("<view> would miss light: {e}"))?;
+        }
         let mut media = Media::of(scene.materials.iter().map(|m| m.id.clone()));
         let mut notes = Vec::new();
         let (universe, layers, faces) = match &scene.universe {

@@ -48,6 +48,43 @@ pub fn reciprocal(scene: &Scene) -> Result<&'static str, String> {
     Ok("explicit, full or homogeneous geometry; smooth, Lambertian or resolved surfaces; no fluorescence")
 }
 
+/// Whether next-event estimation sees all light that leaves: equal refractive indices, no SAP that moves
+/// directions, nothing below the sheet, surfaces clear or Lambertian.
+///
+/// # Errors
+/// What stands in the way.
+pub fn seen_by_next_event(scene: &Scene) -> Result<(), String> {
+    let first = scene.materials.first().map(|m| &m.index);
+    if scene
+        .materials
+        .iter()
+        .any(|m| Some(&m.index) != first || !m.index.is_constant() || m.index.k.is_some())
+    {
+        return Err("refractive indices differ: the last event may be a mirror".to_owned());
+    }
+    if scene.materials.iter().any(|m| m.sap.is_some()) {
+        return Err("a SAP of a medium sends light into patches, not into exact directions".to_owned());
+    }
+    let fit = |s: &model::Surface| match (&s.kind, &s.ratio) {
+        (SurfaceKind::Smooth, Ratio::Fresnel) => !s.opaque,
+        (SurfaceKind::Lambertian { per_patch: false }, Ratio::Spectrum(_)) => s.sap.is_none() && s.opaque,
+        _ => false,
+    };
+    if let Some(s) = scene.surfaces.iter().find(|s| !fit(s)) {
+        return Err(format!("the surface '{}' is neither clear nor Lambertian and opaque", s.id));
+    }
+    match &scene.universe {
+        Universe::Statistical(s)
+            if s.memory == Memory::Homogeneous && s.layers.iter().any(|l| !l.components.is_empty()) =>
+        {
+            Err("bodies of the rung homogeneous take no room".to_owned())
+        }
+        Universe::Statistical(s) if s.backing.is_some() => Err("the backing is not looked at".to_owned()),
+        Universe::Mixture(m) if m.backing.is_some() => Err("the backing is not looked at".to_owned()),
+        _ => Ok(()),
+    }
+}
+
 /// What the plan says of the measuring geometry 0/d.
 pub fn remark(scene: &Scene) -> Option<String> {
     let optics = scene.optics.as_ref()?;

@@ -16,6 +16,8 @@ pub struct Detectors {
     pub halftones: Vec<Halftone>,
     /// Histograms of path length and time of flight.
     pub flight: Option<Flight>,
+    /// Directions towards eyes at infinity, for next-event estimation.
+    pub views: Vec<DVec3>,
     /// Scattering matrix in the Klems basis, incident × outgoing (above, then below).
     pub klems: bool,
     /// Heights of the upper and lower face, µm: where light counts as having left.
@@ -236,9 +238,14 @@ impl Detectors {
             + side(face) * self.flight.as_ref().map_or(0, Flight::cells)
     }
 
+    /// First cell of the views.
+    pub fn views_start(&self) -> usize {
+        self.halftone_start() + self.halftones.len() + 2 * self.flight.as_ref().map_or(0, Flight::cells)
+    }
+
     /// First cell of the Klems matrix.
     pub fn klems_start(&self) -> usize {
-        self.halftone_start() + self.halftones.len() + 2 * self.flight.as_ref().map_or(0, Flight::cells)
+        self.views_start() + self.views.len()
     }
 
     /// Number of cells.
@@ -398,6 +405,7 @@ mod tests {
             lateral: Some(Lateral::new(200.0, 10)),
             halftones: vec![Halftone { coverage: 0.5, period: 150.0, ink: 0.1 }; 2],
             flight: Some(Flight { longest: 500.0, bins: 20, group_index: vec![1.0, 1.6] }),
+            views: Vec::new(),
             klems: false,
             faces: (0.0, 0.0),
         };

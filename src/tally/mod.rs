@@ -23,6 +23,8 @@ pub struct Tally<'a, const N: usize> {
     steps: bool,
     /// Detectors hear what leaves.
     detects: bool,
+    /// Events are counted, or looked from.
+    events_heard: bool,
     /// Path (µm) and delay (µm of vacuum) of the present history so far, where asked for.
     flown: (f64, f64),
     /// Direction in which the present history entered, where asked for.
@@ -64,6 +66,7 @@ impl<'a, const N: usize> Tally<'a, N> {
                 || layout.detectors.flight.is_some()
                 || layout.detectors.klems,
             detects: !layout.detectors.is_empty(),
+            events_heard: layout.path || !layout.detectors.views.is_empty(),
             flown: (0.0, 0.0),
             entered: None,
             now: vec![Score { power: [0.0; N], touched: false }; n],
@@ -223,6 +226,15 @@ impl<'a, const N: usize> Tally<'a, N> {
         }
     }
 
+    /// Counts an event where events are counted; whether eyes look from it.
+    #[inline]
+    fn hear_event<P>(&mut self, path: &Path<P, N>, cell: Cell) -> bool {
+        if self.layout.path && path.single() {
+            self.score(self.layout.of(cell), &path.power);
+        }
+        path.single() && !self.layout.detectors.views.is_empty()
+    }
+
     /// What detectors hear of power that leaves.
     #[inline(never)]
     fn score_detectors<P>(&mut self, path: &Path<P, N>, face: Face) {
@@ -292,17 +304,22 @@ impl<const N: usize> Scorer<N> for Tally<'_, N> {
     }
 
     #[inline]
-    fn scattered<P>(&mut self, path: &Path<P, N>) {
-        if self.layout.path && path.single() {
-            self.score(self.layout.of(Cell::Scatterings), &path.power);
-        }
+    fn scattered<P>(&mut self, path: &Path<P, N>) -> bool {
+        self.events_heard && self.hear_event(path, Cell::Scatterings)
     }
 
     #[inline]
-    fn interface<P>(&mut self, path: &Path<P, N>, _at: &Interface) {
-        if self.layout.path && path.single() {
-            self.score(self.layout.of(Cell::Interfaces), &path.power);
-        }
+    fn interface<P>(&mut self, path: &Path<P, N>, _at: &Interface) -> bool {
+        self.events_heard && self.hear_event(path, Cell::Interfaces)
+    }
+
+    fn eye(&self, view: usize) -> Option<DVec3> {
+        self.layout.detectors.views.get(view).copied()
+    }
+
+    fn seen(&mut self, view: usize, power: &[f64; N]) {
+        let cell = self.layout.detectors_start() + self.layout.detectors.views_start() + view;
+        self.score(cell, power);
     }
 
     fn absorbed_at<P>(&mut self, path: &Path<P, N>, beyond: Option<MediumId>, power: &[f64; N]) {

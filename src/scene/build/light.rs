@@ -110,6 +110,10 @@ impl Reading<'_> {
             flight: e.number("path-histogram").map(|l| (l, small("path-bins").unwrap_or(1))),
             halftones,
             klems: e.yes("klems"),
+            views: e
+                .children("view")
+                .filter_map(|v| Some((v.number("polar")?, v.number("azimuth")?)))
+                .collect(),
         };
         self.check_detect(e, &detect, source, run);
         detect
@@ -153,6 +157,12 @@ impl Reading<'_> {
             (detect.haze.is_some() && !parallel, e.place("haze"), "haze is that of parallel light", PARALLEL),
             (detect.lateral.is_some() && !pencil, e.place("lateral"), SPREAD, PENCIL),
             (!detect.halftones.is_empty() && !pencil, child, SPREAD, PENCIL),
+            (
+                !detect.views.is_empty() && (split || !parallel),
+                e.child("view").map_or(e.own.place, |v| v.own.place),
+                "a view needs parallel light, and rays drawn one by one",
+                "<source kind=\"collimated\" …/> and branching=\"sample\"",
+            ),
             (
                 detect.klems
                     && (!matches!(source, Source::Diffuse { trap: 0.0 }) || self.wavelengths.len() != 1),

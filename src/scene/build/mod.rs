@@ -90,6 +90,7 @@ pub fn read_text(text: &str, path: &Path, options: &Options) -> Result<Scene, Di
         r.out.push(d.help("a scene begins with <scene name=\"…\" version=\"1\">"));
         return Err(r.out);
     }
+    r.includes(&mut root);
     r.collect_defines(&root);
     r.expand(&mut root);
     r.set_attributes(&mut root);

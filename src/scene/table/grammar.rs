@@ -319,7 +319,22 @@ pub static RULES: &[Rule] = &[
             w("version", Choice(&["1"]), Required, "Version of this grammar."),
         ]],
         children: &[
-            many("define"), maybe("materials"), maybe("surfaces"), one("universe"), maybe("source"),
+            many("include"), many("define"), maybe("materials"), maybe("surfaces"), one("universe"), maybe("source"),
+            maybe("spectrum"), maybe("detect"), maybe("optics"), maybe("run"), many("expect"),
+        ],
+    },
+    Rule {
+        key: "include",
+        doc: "Takes in what stands in a file whose root is <scene-part>: elements of a scene that several scenes share. Materials and surfaces are added to those here.",
+        attributes: &[&[w("file", File, Required, "The file.")]],
+        children: &[],
+    },
+    Rule {
+        key: "scene-part",
+        doc: "Part of a scene, for <include file=…>.",
+        attributes: &[],
+        children: &[
+            many("define"), maybe("materials"), maybe("surfaces"), maybe("universe"), maybe("source"),
             maybe("spectrum"), maybe("detect"), maybe("optics"), maybe("run"), many("expect"),
         ],
     },
@@ -499,7 +514,16 @@ pub static RULES: &[Rule] = &[
     },
     Rule { key: "source", doc: "Light.", attributes: &[SOURCE], children: &[] },
     Rule { key: "spectrum", doc: "Vacuum wavelengths: a list or a grid; without it 550 nm.", attributes: &[SPECTRUM], children: &[] },
-    Rule { key: "detect", doc: "What is measured beside totals.", attributes: &[DETECT], children: &[many("halftone")] },
+    Rule { key: "detect", doc: "What is measured beside totals.", attributes: &[DETECT], children: &[many("halftone"), many("view")] },
+    Rule {
+        key: "view",
+        doc: "BRDF (or, below 90 deg, BTDF) in one exact direction, by next-event estimation: where all refractive indices are equal and surfaces Lambertian. Light that nothing has turned is not seen.",
+        attributes: &[&[
+            a("polar", Number(Q::Angle), Range::closed(0.0, PI), Required, "Angle from the upward normal."),
+            a("azimuth", Number(Q::Angle), Range::closed(-2.0 * PI, 2.0 * PI), Default("0 deg"), "Azimuth of where the light goes."),
+        ]],
+        children: &[],
+    },
     Rule { key: "halftone", doc: "A line screen of ink upon the sheet: its reflectance, and the Yule–Nielsen factor n that it means.", attributes: &[HALFTONE], children: &[] },
     Rule { key: "optics", doc: "Figures of paper optics.", attributes: &[OPTICS], children: &[] },
     Rule { key: "run", doc: "How the scene is run.", attributes: &[RUN], children: &[] },
