@@ -7,6 +7,7 @@ use super::{mixture, statistical, synthetic, voxel};
 use crate::lpm::LANES;
 use crate::math::DVec3;
 use crate::source::Source;
+use crate::universe::Overlap;
 use crate::universe::any::AnyUniverse;
 use std::fmt;
 
@@ -306,7 +307,7 @@ fn remarks(scene: &Scene, layers: &[LayerReport]) -> Vec<String> {
                 .to_owned(),
         );
     }
-    if sheet.overlap == model::Overlap::Forbid {
+    if sheet.overlap == Overlap::Forbid {
         out.push(
             "warning: overlap forbid is an approximation of hard packing: bodies that would cut a known \
              one are refused, and somewhat less than the nominal amount stands in the sheet"
@@ -343,7 +344,7 @@ fn rung(sheet: &model::StatisticalSheet) -> String {
             "memory {k}: the last {k} flights and the bodies on them; between none and full, and the mean path \
              2H of a lossless sheet is missed by up to 4 %"
         ),
-        Memory::Full if sheet.overlap == model::Overlap::Forbid => {
+        Memory::Full if sheet.overlap == Overlap::Forbid => {
             "memory full: everything met is remembered, and new bodies keep clear of it".to_owned()
         }
         Memory::Full => {

@@ -1,7 +1,7 @@
 //! From the checked scene to a statistical universe: amounts become densities.
 
 use super::media::Media;
-use super::model::{self, Amount, Edges, Layer, Memory, Overlap, Rate, Shape, StartIn, StatisticalSheet};
+use super::model::{self, Amount, Edges, Layer, Memory, Rate, Shape, StartIn, StatisticalSheet};
 use crate::law::SizeLaw;
 use crate::universe::any::AnyUniverse;
 use crate::universe::sheet::Slab;
@@ -10,10 +10,10 @@ use crate::universe::statistical::amount::{
 };
 use crate::universe::statistical::grace::Grace;
 use crate::universe::statistical::kind::{Kind, Sizes};
-use crate::universe::statistical::lazy::{self, LazyUniverse};
+use crate::universe::statistical::lazy::LazyUniverse;
 use crate::universe::statistical::profile::Profile;
 use crate::universe::statistical::{Population, Rules, Rung, StatisticalUniverse};
-use crate::universe::{BodyId, MediumId, SurfaceId};
+use crate::universe::{BodyId, MediumId, Overlap, SurfaceId};
 
 /// What a layer of bodies came to, for `plan`.
 #[derive(Clone, Debug)]
@@ -81,12 +81,7 @@ pub fn build(
     };
     let universe = StatisticalUniverse::new(populations, rules);
     let top = universe.thickness();
-    let overlap = match sheet.overlap {
-        Overlap::Union => lazy::Overlap::Union,
-        Overlap::Priority => lazy::Overlap::Priority,
-        Overlap::Forbid => lazy::Overlap::Forbid,
-    };
-    let remembered = |last| AnyUniverse::Lazy(LazyUniverse::new(universe.clone(), overlap, last));
+    let remembered = |last| AnyUniverse::Lazy(LazyUniverse::new(universe.clone(), sheet.overlap, last));
     let made = match sheet.memory {
         Memory::Full => remembered(None),
         Memory::Last(k) => remembered(Some(k)),

@@ -2,12 +2,12 @@
 //! medium.
 
 use super::memory::{Known, Memory, NONE, Sighting, Touched};
-use super::{Exactness, LazyUniverse, Overlap, Place, Stands};
+use super::{Exactness, LazyUniverse, Place, Stands};
 use crate::math::DVec3;
 use crate::rng::Stream;
 use crate::universe::statistical::pick;
 use crate::universe::statistical::section::Left;
-use crate::universe::{MediumId, Ray};
+use crate::universe::{MediumId, Overlap, Ray};
 
 /// A surface where the medium changes.
 #[derive(Clone, Copy, Debug)]
@@ -49,14 +49,6 @@ pub(super) fn medium_behind(touched: &[Touched], t: f64, overlap: Overlap, pore:
 /// Whether a body holds the point at distance `t`.
 pub(super) fn covered(touched: &[Touched], t: f64) -> bool {
     touched.iter().any(|b| b.spans.holds(t))
-}
-
-/// The unit normal against the ray. Where rounding leaves that of a grazing hit on the wrong side, it is
-/// turned to the right one.
-#[inline]
-pub(super) fn against(dir: DVec3, normal: DVec3) -> DVec3 {
-    let cos = normal.dot(dir);
-    if cos >= 0.0 { (normal - dir * (cos + cos.max(4.0 * f64::EPSILON))).normalize() } else { normal }
 }
 
 /// All boundaries of a touched body: distance, which surface, inwards.

@@ -127,7 +127,7 @@ pub(super) struct Known {
 }
 
 /// Bodies known before a list of the near ones pays.
-const MANY: usize = 24;
+const MANY: usize = 8;
 
 /// The known bodies near a ball: most flights of a long history stay in it for a while, and need not ask
 /// the others.
