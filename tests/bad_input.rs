@@ -654,7 +654,10 @@ fn attributes_from_outside_and_parts() {
     }
     let dir = tempfile::tempdir().unwrap();
     let write = |name: &str, text: &str| std::fs::write(dir.path().join(name), text).unwrap();
-    write("media.xml", r#"<scene-part><materials><material id="glass" index="1.5"/></materials></scene-part>"#);
+    write(
+        "media.xml",
+        r#"<scene-part><materials><material id="glass" index="1.5"/></materials></scene-part>"#,
+    );
     write("other.xml", "<scene name=\"x\" version=\"1\"/>");
     let scene = |file: &str| {
         format!(

@@ -1,6 +1,8 @@
 //! `run --sweep`: one scene at several values of one thing, side by side.
 
-use super::{Failure, Finished, RunArgs, SceneArgs, finish, load, manifest, verdict};
+use super::finish::verdict;
+use super::run::{default_folder, manifest};
+use super::{Failure, Finished, RunArgs, SceneArgs, cpu_seconds, finish, load, say};
 use crate::report::html::{Part, Report, sweep_csv, sweep_curves};
 use crate::report::plot::{Curve, LinePlot};
 use crate::report::{self, RunFolder, RunResult};
@@ -67,7 +69,7 @@ fn grid(from: f64, to: f64, step: f64) -> Result<Vec<f64>, String> {
 /// # Errors
 /// As `run`.
 pub fn run(scene_args: &SceneArgs, args: &RunArgs, sweep: &Sweep) -> Result<(), Failure> {
-    let out = args.out.clone().unwrap_or_else(|| super::default_folder(&scene_args.path));
+    let out = args.out.clone().unwrap_or_else(|| default_folder(&scene_args.path));
     let told = |e: std::io::Error, path: &std::path::Path| {
         Failure::Input(format!("error: results folder {}: {e}", path.display()))
     };
@@ -79,21 +81,21 @@ pub fn run(scene_args: &SceneArgs, args: &RunArgs, sweep: &Sweep) -> Result<(), 
         own.defines.push((sweep.name.clone(), sweep.text(value)));
         points.push((sweep.text(value), load(&own)?.0));
     }
-    let started = (Instant::now(), super::cpu_seconds());
+    let started = (Instant::now(), cpu_seconds());
     let talk = !args.quiet && !args.json;
     let mut done: Vec<(String, Finished)> = Vec::new();
     for (label, mut scene) in points {
         scene.expects.clear();
         let path: PathBuf = out.join(format!("{}={}", sweep.name, label.replace(' ', "")));
         let folder = RunFolder::create(&path, args.force).map_err(|e| told(e, &path))?;
-        let begun = (Instant::now(), super::cpu_seconds());
+        let begun = (Instant::now(), cpu_seconds());
         let point = finish(scene, args, |_| true)?;
         report::folder::write(&folder, &point.scene, &point.plan, &point.outcome, &point.result)
             .and_then(|()| folder.write("manifest.json", manifest(&point, args, begun).to_json().as_bytes()))
             .map_err(|e| told(e, &path))?;
         verdict(&point)?;
         if talk {
-            println!("{} = {label}: {}", sweep.name, path.display());
+            say(&format!("{} = {label}: {}", sweep.name, path.display()))?;
         }
         done.push((label, point));
     }
@@ -113,7 +115,7 @@ pub fn run(scene_args: &SceneArgs, args: &RunArgs, sweep: &Sweep) -> Result<(), 
     let results: Vec<&RunResult> = done.iter().map(|(_, p)| &p.result).collect();
     write(&top, sweep, &results, &report).map_err(|e| told(e, &out))?;
     if talk {
-        println!("{} runs; table, plots and report in {}", done.len(), out.display());
+        say(&format!("{} runs; table, plots and report in {}", done.len(), out.display()))?;
     }
     Ok(())
 }

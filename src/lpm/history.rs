@@ -86,6 +86,8 @@ pub trait Scorer<const N: usize> {
     fn leaves<P>(&mut self, _path: &Path<P, N>, _face: Face) {}
     /// Power leaves the top of a pile after having been below the first sheet.
     fn leaves_pile<P>(&mut self, _path: &Path<P, N>) {}
+    /// The universe has no answer where the path stands.
+    fn lost<P>(&mut self, _path: &Path<P, N>) {}
 }
 
 /// Scratch of one worker, reused from history to history: nothing is allocated once warm.
@@ -204,6 +206,7 @@ fn stay<U: Universe, S: Scorer<N>, const N: usize>(
             }
             Next::Lost => {
                 add(&mut h.ledger.lost, &path.power);
+                tally.lost(path);
                 return false;
             }
         }
