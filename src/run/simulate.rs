@@ -182,6 +182,7 @@ pub(super) fn groups<'a>(scene: &'a Scene, plan: &'a Plan) -> Result<Vec<Box<dyn
             AnyUniverse::Lazy(u) => lanes(scene, plan, u, w, g),
             AnyUniverse::Mixture(u) => lanes(scene, plan, u, w, g),
             AnyUniverse::Synthetic(u) => lanes(scene, plan, u, w, g),
+            AnyUniverse::Realised(u) => lanes(scene, plan, u, w, g),
             AnyUniverse::Voxel(u) => lanes(scene, plan, u, w, g),
         }
     };
@@ -310,6 +311,7 @@ impl Progress {
 fn backing(scene: &Scene) -> Option<f64> {
     match &scene.universe {
         Where::Statistical(sheet) => sheet.backing,
+        Where::Realised(realised) => realised.sheet.backing,
         Where::Mixture(mixture) => mixture.backing,
         Where::Synthetic(_) | Where::Voxel(_) => None,
     }

@@ -105,13 +105,14 @@ impl Reading<'_> {
             branching: Branching::Sample,
             roulette: 1e-3,
             event_cap: 1_000_000,
-            shared: 1,
+            shared: shared(universe, 100_000),
             implicit_capture: true,
         };
         let Some(e) = e else { return standard };
         self.check_shared(e, universe);
+        let histories = e.count("histories").unwrap_or(standard.histories);
         Run {
-            histories: e.count("histories").unwrap_or(standard.histories),
+            histories,
             seed: e.count("seed").unwrap_or(standard.seed),
             branching: match e.text("branching") {
                 Some("split") => Branching::Split {
@@ -122,7 +123,7 @@ impl Reading<'_> {
             },
             roulette: e.number("roulette").unwrap_or(standard.roulette),
             event_cap: e.count("event-cap").unwrap_or(standard.event_cap),
-            shared: e.count("histories-per-realisation").unwrap_or(1),
+            shared: e.count("histories-per-realisation").unwrap_or(shared(universe, histories)),
             implicit_capture: e.text("absorption") != Some("analog"),
         }
     }
@@ -156,7 +157,7 @@ impl Reading<'_> {
                     "start=\"anywhere\"",
                 );
             }
-            Universe::Statistical(_) => {}
+            Universe::Statistical(_) | Universe::Realised(_) => {}
             _ => refuse("only statistical sheets are drawn anew for each history", "leave it out"),
         }
     }
@@ -181,5 +182,15 @@ impl Reading<'_> {
             error: e.number("error").unwrap_or(0.0),
             source: e.text("source").unwrap_or_default().to_string(),
         }
+    }
+}
+
+/// Histories that share a realisation if the scene does not say: explicit sheets take longer to make than a
+/// history to trace.
+fn shared(universe: &Universe, histories: u64) -> u64 {
+    const MOST: u64 = 64;
+    match universe {
+        Universe::Realised(_) if histories > 0 => MOST.min(1 << histories.trailing_zeros().min(63)),
+        _ => 1,
     }
 }

@@ -103,6 +103,11 @@ const UNIVERSE: &[A] = &[
     a("backing", Number(Q::Fraction), SHARE, Optional, "As on <sheet>."),
 ];
 
+const REALISE: &[A] = &[
+    w("model", Choice(&["boolean"]), Default("boolean"), "The exact ensemble of the rung memory `full`: bodies stand independently and overlap."),
+    a("spread", Number(Q::Length), NOT_NEG, Optional, "Histories meet their realisation at random within this distance along x and y; without it forty mean thicknesses of the bodies."),
+];
+
 const SHEET: &[A] = &[
     a("thickness", Number(Q::Length), POS, Optional, "Thickness of the sheet; the layers' own must sum to it, one layer without thickness gets the rest."),
     w("pore", Reference("material"), Optional, "Medium between the bodies, for layers without their own."),
@@ -332,13 +337,19 @@ pub static RULES: &[Rule] = &[
     Rule { key: "sap", doc: "Sphere Area Partitioning of the surface's directions; without it the continuous law.", attributes: &[SAP], children: &[] },
     Rule {
         key: "universe",
-        doc: "Where components are. Statistical: one <sheet> or one <mixture>. Synthetic: primitives, or a <sheet> of homogeneous layers. Voxel: one <volume>.",
+        doc: "Where components are. Statistical: one <sheet> or one <mixture>. Synthetic: primitives and homogeneous layers, or a <sheet> of bodies known by their statistics, realised one by one (the same <sheet>: one attribute changes the universe). Voxel: one <volume>.",
         attributes: &[UNIVERSE],
         children: &[
-            maybe("sheet"), maybe("mixture"), maybe("volume"), many("sphere"), many("ellipsoid"), many("cylinder"), many("box"), many("plane"), many("slab"),
+            maybe("sheet"), maybe("realise"), maybe("mixture"), maybe("volume"), many("sphere"), many("ellipsoid"), many("cylinder"), many("box"), many("plane"), many("slab"),
         ],
     },
     Rule { key: "sheet", doc: "Layers from top (where light comes from) to bottom, from z = thickness down to z = 0.", attributes: &[SHEET], children: &[some("layer")] },
+    Rule {
+        key: "realise",
+        doc: "Synthetic: how the bodies of a <sheet> are realised. How many histories share a realisation is a matter of <run>.",
+        attributes: &[REALISE],
+        children: &[],
+    },
     Rule {
         key: "mixture",
         doc: "A Markov mixture: horizontal layers of random thickness of two or more phases, from z = thickness down to z = 0.",
