@@ -368,14 +368,19 @@ impl fmt::Display for Plan {
             writeln!(f, "layer {} of bodies (rate {:?})", i + 1, layer.rate)?;
             writeln!(
                 f,
-                "  porosity {:.3}, mean free path in the pores across the sheet {:.2} um",
-                layer.porosity, layer.free_path_vertical
+                "  porosity {:.3} with lumens, S_V {:.4} /um, mean chord of pores and lumens {:.2} um, mean free path \
+                 in the pores across the sheet {:.2} um",
+                layer.porosity,
+                layer.surface(),
+                4.0 * layer.porosity / layer.surface(),
+                layer.free_path_vertical
             )?;
             for c in &layer.components {
                 writeln!(
                     f,
-                    "  {:<24} {:6.2} g/m2 realised, solid {:.4}, body {:.4}, surface {:.4} /um, density {:.4e}",
-                    c.name, c.grammage, c.solid, c.body, c.surface, c.density
+                    "  {:<24} {:6.2} g/m2 realised, {:.2} before overlaps, solid {:.4}, body {:.4}, surface {:.4} /um, \
+                     density {:.4e}",
+                    c.name, c.grammage, c.nominal, c.solid, c.body, c.surface, c.density
                 )?;
                 if let Some(coarseness) = c.coarseness {
                     writeln!(
