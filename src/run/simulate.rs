@@ -145,6 +145,7 @@ impl<U: Universe, const N: usize> Ready<'_, U, N> {
             source: &self.plan.source,
             layout: &self.layout,
             histories: self.histories,
+            generator: self.scene.run.generator,
         })
     }
 }

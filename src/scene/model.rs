@@ -5,6 +5,7 @@ use crate::law::{Azimuth, Roll, SizeLaw, Tilt};
 use crate::material::RefractiveIndex;
 use crate::math::DVec3;
 use crate::phase::Phase;
+use crate::rng::Generator;
 use crate::spectrum::Spectrum;
 use crate::universe::voxel::{self, Volume};
 use crate::universe::{MediumId, Overlap, SurfaceId};
@@ -645,6 +646,8 @@ pub struct Run {
     pub shared: u64,
     /// Implicit capture (true) or analog absorption.
     pub implicit_capture: bool,
+    /// Family of the generator.
+    pub generator: Generator,
 }
 
 /// An expected figure.

@@ -2,6 +2,7 @@
 
 use super::{Node, Reading};
 use crate::math::FRAC_PI_2;
+use crate::rng::Generator;
 use crate::scene::diagnostic::Diagnostic;
 use crate::scene::model::*;
 
@@ -107,6 +108,7 @@ impl Reading<'_> {
             event_cap: 1_000_000,
             shared: shared(universe, 100_000),
             implicit_capture: true,
+            generator: Generator::Pcg64Dxsm,
         };
         let Some(e) = e else { return standard };
         self.check_shared(e, universe);
@@ -125,6 +127,10 @@ impl Reading<'_> {
             event_cap: e.count("event-cap").unwrap_or(standard.event_cap),
             shared: e.count("histories-per-realisation").unwrap_or(shared(universe, histories)),
             implicit_capture: e.text("absorption") != Some("analog"),
+            generator: match e.text("rng") {
+                Some("philox") => Generator::Philox,
+                _ => Generator::Pcg64Dxsm,
+            },
         }
     }
 
