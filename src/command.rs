@@ -49,6 +49,8 @@ pub struct SceneArgs {
     pub defines: Vec<(String, String)>,
     /// Files outside the scene's folder may be read.
     pub allow_outside: bool,
+    /// `--effect name=on|off:reason`.
+    pub effects: Vec<crate::scene::effects::Override>,
 }
 
 /// What `run` was asked to do.
@@ -77,7 +79,11 @@ pub struct RunArgs {
 /// # Errors
 /// Every fault of the file, rendered.
 pub fn load(args: &SceneArgs) -> Result<(Scene, Plan), Failure> {
-    let options = Options { allow_outside: args.allow_outside, defines: args.defines.clone() };
+    let options = Options {
+        allow_outside: args.allow_outside,
+        defines: args.defines.clone(),
+        effects: args.effects.clone(),
+    };
     let scene = scene::read(&args.path, &options)
         .map_err(|d| Failure::Input(d.render_for_stderr().trim_end().to_owned()))?;
     let plan = planned(&scene)?;

@@ -75,6 +75,9 @@ struct SceneOptions {
     /// Value for a ${name} of the scene
     #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = define)]
     define: Vec<(String, String)>,
+    /// Force an effect on or off, with the reason
+    #[arg(long = "effect", value_name = "NAME=on|off:REASON", value_parser = lightpro::scene::effects::Override::parse)]
+    effects: Vec<lightpro::scene::effects::Override>,
     /// Allow files outside the scene's folder
     #[arg(long)]
     allow_outside: bool,
@@ -82,7 +85,12 @@ struct SceneOptions {
 
 impl SceneOptions {
     fn into_args(self) -> SceneArgs {
-        SceneArgs { path: self.scene, defines: self.define, allow_outside: self.allow_outside }
+        SceneArgs {
+            path: self.scene,
+            defines: self.define,
+            allow_outside: self.allow_outside,
+            effects: self.effects,
+        }
     }
 }
 

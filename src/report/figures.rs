@@ -15,6 +15,7 @@ use crate::universe::{Kept, MediumId};
 pub fn result(scene: &Scene, plan: &Plan, outcome: &Outcome) -> RunResult {
     let mut figures = paper_figures(scene, outcome);
     figures.extend(spectral(scene, plan, outcome));
+    label(scene, &mut figures);
     RunResult {
         lightpro: env!("CARGO_PKG_VERSION").to_owned(),
         scene: scene.name.clone(),
@@ -24,6 +25,19 @@ pub fn result(scene: &Scene, plan: &Plan, outcome: &Outcome) -> RunResult {
         ledger: ledger(plan, outcome),
         effects: effects(plan),
         memory: memory(outcome),
+    }
+}
+
+/// Says at every figure what was forced off although the scene calls for it.
+fn label(scene: &Scene, figures: &mut [Figure]) {
+    let lacking: Vec<String> =
+        scene.forced_off().map(|o| format!("without {} ({})", o.kind.name(), o.reason)).collect();
+    if lacking.is_empty() {
+        return;
+    }
+    for f in figures {
+        let before = f.note.take().map_or(String::new(), |n| format!("{n}; "));
+        f.note = Some(format!("{before}{}", lacking.join(", ")));
     }
 }
 
@@ -42,8 +56,9 @@ fn memory(outcome: &Outcome) -> Option<MemoryUsed> {
 
 /// Effects of the plan, for result and manifest.
 pub fn effects(plan: &Plan) -> Ordered<EffectUsed> {
-    let used =
-        |e: &crate::scene::plan::Effect| (e.name.to_owned(), EffectUsed { on: e.on, why: e.reason.clone() });
+    let used = |e: &crate::scene::effects::Effect| {
+        (e.name.to_owned(), EffectUsed { on: e.on, why: e.reason.clone() })
+    };
     Ordered(plan.effects.iter().map(used).collect())
 }
 

@@ -36,6 +36,10 @@ pub struct Scene {
     pub run: Run,
     /// Expected values.
     pub expects: Vec<Expect>,
+    /// Decisions on effects, applied to what stands above.
+    pub overrides: Vec<super::effects::Override>,
+    /// Lines of the scene file.
+    pub lines: super::effects::Lines,
     /// Warnings found while reading, already rendered with their place.
     pub warnings: Vec<String>,
     /// Every file that the scene is made of (scene, distributions, tables) with its bytes' SHA-like

@@ -1,6 +1,7 @@
 //! From the checked scene to the optical side of a run: media and surfaces at the wavelengths of a
 //! group.
 
+use super::effects::Kind;
 use super::media::{Media, Origin};
 use super::model::{self, Populate, Ratio as RatioOf, SapFrame, SapSpec, Scatterer, SurfaceKind};
 use crate::lpm::light::MediumSap;
@@ -187,6 +188,7 @@ fn medium<const N: usize>(
     medium.n = first.n;
     medium.real = first.n.im == 0.0;
     medium.sap = sap;
+    medium.absorbs |= scene.forced_on(Kind::Absorption);
     Ok(medium)
 }
 

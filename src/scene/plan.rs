@@ -1,7 +1,8 @@
 //! What a scene calls for, settled before the first ray, with reasons.
 
+use super::effects::{self, Effect, Kind};
 use super::media::Media;
-use super::model::{self, Branching, Memory, Ratio, Scatterer, Scene, SurfaceKind, Universe};
+use super::model::{self, Memory, Ratio, Scatterer, Scene, Universe};
 use super::statistical::LayerReport;
 use super::{mixture, statistical, synthetic, voxel};
 use crate::lpm::LANES;
@@ -9,17 +10,6 @@ use crate::math::DVec3;
 use crate::source::Source;
 use crate::universe::any::AnyUniverse;
 use std::fmt;
-
-/// One effect: simulated or not, and why.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Effect {
-    /// Name.
-    pub name: &'static str,
-    /// Simulated.
-    pub on: bool,
-    /// What calls for it, or why nothing does.
-    pub reason: String,
-}
 
 /// Everything a run needs beside the optical constants.
 #[derive(Clone, Debug)]
@@ -78,7 +68,7 @@ impl Plan {
         let (top, bottom) = faces.unwrap_or((0.0, 0.0));
         let source = source(&scene.source, faces)?;
         let (groups, spectrum) = groups(scene);
-        let effects = effects(scene, &groups);
+        let effects = effects::settle(scene);
         let mut remarks = remarks(scene, &layers);
         remarks.extend(notes);
         remarks.extend(scene.warnings.iter().cloned());
@@ -178,6 +168,9 @@ fn groups(scene: &Scene) -> (Vec<Vec<f64>>, String) {
     if !scene.run.implicit_capture {
         return (single(), "one wavelength per history: analog absorption kills whole rays".to_owned());
     }
+    if scene.forced_on(Kind::Dispersion) {
+        return (single(), "one wavelength per history: dispersion is forced on".to_owned());
+    }
     match disperses(scene) {
         Some(why) => (single(), format!("one wavelength per history: {why}")),
         None => (
@@ -185,78 +178,6 @@ fn groups(scene: &Scene) -> (Vec<Vec<f64>>, String) {
             "white: paths do not depend on wavelength, each carries a weight per wavelength".to_owned(),
         ),
     }
-}
-
-fn effects(scene: &Scene, groups: &[Vec<f64>]) -> Vec<Effect> {
-    let list = |ids: Vec<String>| ids.join(", ");
-    let materials = |f: &dyn Fn(&model::Material) -> bool| -> Vec<String> {
-        scene.materials.iter().filter(|m| f(m)).map(|m| format!("'{}'", m.id)).collect()
-    };
-    let surfaces = |f: &dyn Fn(&model::Surface) -> bool| -> Vec<String> {
-        scene.surfaces.iter().filter(|s| f(s)).map(|s| format!("'{}'", s.id)).collect()
-    };
-    let effect = |name, called: Vec<String>, by: &str, off: &str| {
-        let on = !called.is_empty();
-        Effect { name, on, reason: if on { format!("{by} {}", list(called)) } else { off.to_owned() } }
-    };
-    let first = scene.materials.first().map(|m| &m.index);
-    let absorbing = |m: &model::Material| {
-        let particles = |s: &Scatterer| matches!(s, Scatterer::Mie { index, .. } if index.k.is_some());
-        m.absorption.is_some() || m.index.k.is_some() || m.scattering.iter().any(particles)
-    };
-    let dispersive = |m: &model::Material| !m.index.is_constant();
-    vec![
-        effect("absorption", materials(&absorbing), "called for by", "no material has κ or an absorption"),
-        effect(
-            "fresnel interfaces",
-            materials(&|m| Some(&m.index) != first),
-            "indices differ:",
-            "all refractive indices are equal",
-        ),
-        Effect {
-            name: "dispersion",
-            on: groups.len() > 1 && scene.materials.iter().any(dispersive),
-            reason: if scene.wavelengths.len() == 1 {
-                "one wavelength".to_owned()
-            } else if scene.materials.iter().any(dispersive) {
-                format!("index over wavelength: {}", list(materials(&dispersive)))
-            } else {
-                "no index depends on wavelength".to_owned()
-            },
-        },
-        effect(
-            "rough surfaces",
-            surfaces(&|s| matches!(s.kind, SurfaceKind::Rough { m, .. } if m > 0.0)),
-            "called for by",
-            "all surfaces are smooth or Lambertian",
-        ),
-        effect(
-            "lambertian surfaces",
-            surfaces(&|s| matches!(s.kind, SurfaceKind::Lambertian { .. })),
-            "called for by",
-            "no surface is Lambertian",
-        ),
-        effect(
-            "subsurface scattering",
-            materials(&|m| !m.scattering.is_empty()),
-            "called for by",
-            "no material scatters",
-        ),
-        Effect {
-            name: "sphere area partitioning",
-            on: scene.surfaces.iter().any(|s| s.sap.is_some())
-                || scene.materials.iter().any(|m| m.sap.is_some())
-                || matches!(scene.run.branching, Branching::Split { .. }),
-            reason: match scene.run.branching {
-                Branching::Split { nside, .. } => format!("branching split over nside {nside}"),
-                Branching::Sample => {
-                    let mut by = surfaces(&|s| s.sap.is_some());
-                    by.extend(materials(&|m| m.sap.is_some()));
-                    if by.is_empty() { "no <sap>: continuous laws".to_owned() } else { list(by) }
-                }
-            },
-        },
-    ]
 }
 
 /// What the memory rung is exact for, and where it is known to be biased for what the scene asks.

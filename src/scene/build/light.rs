@@ -3,6 +3,7 @@
 use super::{Node, Reading};
 use crate::math::FRAC_PI_2;
 use crate::scene::diagnostic::Diagnostic;
+use crate::scene::effects::{Kind, Override, apply};
 use crate::scene::model::*;
 
 impl Reading<'_> {
@@ -180,6 +181,28 @@ impl Reading<'_> {
             value: e.number("value").unwrap_or(0.0),
             error: e.number("error").unwrap_or(0.0),
             source: e.text("source").unwrap_or_default().to_string(),
+        }
+    }
+
+    /// Overrides of effects, applied one by one so that a refusal shows its line.
+    pub fn effects(&mut self, e: Option<Node<'_>>, scene: &mut Scene) {
+        scene.lines.clone_from(&self.lines);
+        for e in e.iter().flat_map(|e| e.children("effect")) {
+            let (name, state) = (e.text("name").unwrap_or_default(), e.text("state").unwrap_or_default());
+            let reason = e.text("reason").unwrap_or_default();
+            let Some(kind) = Kind::of(name) else { continue };
+            let wanted = Override { kind, on: state == "on", reason: reason.to_owned(), called: Vec::new() };
+            if let Err(why) = apply(scene, vec![wanted]) {
+                self.error(e.own.place, why);
+            }
+        }
+    }
+
+    /// Remembers the line of an element.
+    pub fn line(&mut self, key: impl Into<String>, e: Node<'_>) {
+        if e.own.place.file == 0 {
+            let line = self.out.line_column(e.own.place).0;
+            self.lines.insert(key.into(), line);
         }
     }
 }

@@ -34,6 +34,7 @@ impl Reading<'_> {
     }
 
     fn one_material(&mut self, e: Node<'_>) -> Material {
+        self.line(format!("material {}", e.text("id").unwrap_or_default()), e);
         let index = self.index(e);
         let absorption = e
             .one_of(self, &["absorption", "absorption-file"], None)
@@ -216,6 +217,7 @@ impl Reading<'_> {
     }
 
     fn surface(&mut self, e: Node<'_>) -> Surface {
+        self.line(format!("surface {}", e.text("id").unwrap_or_default()), e);
         let kind = match e.text("kind") {
             Some("lambertian") => SurfaceKind::Lambertian { per_patch: e.yes("per-patch") },
             Some("rough") => SurfaceKind::Rough {

@@ -36,6 +36,11 @@ const SIZES: &[&str] = &[
     "constant", "uniform", "truncated-normal", "lognormal", "gamma", "weibull", "beta", "histogram", "mixture",
 ];
 
+const EFFECTS: &[&str] = &[
+    "absorption", "fresnel-interfaces", "dispersion", "rough-surfaces", "lambertian-surfaces", "subsurface-scattering",
+    "sphere-area-partitioning",
+];
+
 const INDEX: &[A] = &[
     a("index", Number(Q::Number), Range::above(0.0, 100.0), Optional, "Real refractive index n, the same at every wavelength."),
     a("kappa", Number(Q::Number), NOT_NEG, Optional, "Imaginary index κ ≥ 0 beside `index`; exp(−iωt), n + iκ."),
@@ -265,6 +270,12 @@ const OPTICS: &[A] = &[
     a("grammage", Number(Q::Grammage), POS, Optional, "Grammage for s and k; without it that of the sheet."),
 ];
 
+const EFFECT: &[A] = &[
+    w("name", Choice(EFFECTS), Required, "Which."),
+    w("state", Choice(&["on", "off"]), Required, "Forced on or off."),
+    w("reason", Text, Required, "Why; it stands in the plan and in the results."),
+];
+
 const RUN: &[A] = &[
     a("histories", Number(Q::Count), Range::closed(1.0, 1e15), Default("1e5"), "Histories per wavelength group."),
     a("seed", Number(Q::Count), ANY, Default("20261122"), "Seed."),
@@ -304,7 +315,7 @@ pub static RULES: &[Rule] = &[
         ]],
         children: &[
             many("define"), maybe("materials"), maybe("surfaces"), one("universe"), maybe("source"),
-            maybe("spectrum"), maybe("detect"), maybe("optics"), maybe("run"), many("expect"),
+            maybe("spectrum"), maybe("detect"), maybe("optics"), maybe("effects"), maybe("run"), many("expect"),
         ],
     },
     Rule {
@@ -485,6 +496,8 @@ pub static RULES: &[Rule] = &[
     Rule { key: "spectrum", doc: "Vacuum wavelengths: a list or a grid; without it 550 nm.", attributes: &[SPECTRUM], children: &[] },
     Rule { key: "detect", doc: "What is measured beside totals.", attributes: &[DETECT], children: &[] },
     Rule { key: "optics", doc: "Figures of paper optics.", attributes: &[OPTICS], children: &[] },
+    Rule { key: "effects", doc: "Decisions on effects other than those that the scene calls for.", attributes: &[], children: &[some("effect")] },
+    Rule { key: "effect", doc: "An effect forced on (its steps are taken with neutral parameters) or off (what calls for it is left out, and every figure says so).", attributes: &[EFFECT], children: &[] },
     Rule { key: "run", doc: "How the scene is run.", attributes: &[RUN], children: &[] },
     Rule { key: "expect", doc: "An expected figure: makes the scene a test.", attributes: &[EXPECT], children: &[] },
     Rule { key: "distribution/fibres", doc: "Statistics of fibres, used by <fibres from=…>.", attributes: &[DISTRIBUTION], children: &[one("fibres")] },
