@@ -103,6 +103,20 @@ pub fn plan(args: &SceneArgs) -> Result<String, Failure> {
     Ok(format!("{}\n{plan}", heading(&scene)))
 }
 
+/// `study effects`: every effect toggled.
+///
+/// # Errors
+/// A scene that cannot be read or run.
+pub fn study_effects(args: &SceneArgs, histories: Option<u64>) -> Result<String, Failure> {
+    let (mut scene, _) = load(args)?;
+    if let Some(n) = histories {
+        scene.run.histories = n;
+    }
+    let study = crate::study::effects::study(&scene)
+        .map_err(|e| Failure::Input(format!("error: {}: {e}", scene.path.display())))?;
+    Ok(format!("{}\n{study}", heading(&scene)))
+}
+
 fn heading(scene: &Scene) -> String {
     format!("{} ({})", scene.name, scene.path.display())
 }

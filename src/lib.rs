@@ -26,4 +26,5 @@ pub mod scene;
 pub mod optics;
 pub mod run;
 pub mod report;
+pub mod study;
 pub mod command;

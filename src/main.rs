@@ -60,11 +60,28 @@ enum Command {
         #[arg(long, default_value = "distributions")]
         from: PathBuf,
     },
+    /// Toggle what a scene simulates and compare
+    Study {
+        #[command(subcommand)]
+        what: Study,
+    },
     /// Print the XML schema of scenes
     Schema {
         /// The reference page of scenes instead
         #[arg(long)]
         markdown: bool,
+    },
+}
+
+#[derive(Subcommand)]
+enum Study {
+    /// Every effect: what it changes, with intervals, and what it costs
+    Effects {
+        #[command(flatten)]
+        scene: SceneOptions,
+        /// Histories per wavelength group, instead of the scene's
+        #[arg(long, value_parser = histories)]
+        histories: Option<u64>,
     },
 }
 
@@ -113,6 +130,9 @@ fn main() -> ExitCode {
         }
         Command::Plan { scene } => command::plan(&scene.into_args()).map(|t| print!("{t}")),
         Command::Check { scene } => command::check(&scene.into_args()).map(|t| println!("{t}")),
+        Command::Study { what: Study::Effects { scene, histories } } => {
+            command::study_effects(&scene.into_args(), histories).map(|t| print!("{t}"))
+        }
         Command::Materials { filter, from } => command::materials(&from, &filter).map(|t| print!("{t}")),
         Command::Schema { markdown } => {
             use lightpro::scene::table;

@@ -121,6 +121,49 @@ fn patches_with_their_density_change_nothing() {
     compare(&plain, &forced, 3e-4);
 }
 
+#[test]
+fn polarisation_where_nothing_polarises_changes_nothing() {
+    // Index-matched: no surface polarises, and the law of scattering knows no state.
+    let text = slab(1.0, HG, "550 nm");
+    let (plain, forced) = (run(&text, &[], 4_000_000), run(&text, &["polarisation=on:test"], 4_000_000));
+    assert!(!plain.plan.full && forced.plan.full);
+    // No draw is consumed, and the full loop asks in the same order.
+    for (a, b) in plain.result.figures.iter().zip(&forced.result.figures) {
+        assert!((a.value.unwrap() - b.value.unwrap()).abs() < 1e-12, "{a:?} {b:?}");
+    }
+    compare(&plain, &forced, 3e-4);
+    // With surfaces in normal light at a plate: both states are reflected alike.
+    let text = slab(1.5, "", "550 nm").replace("polar=\"30 deg\"", "polar=\"0 deg\"");
+    compare(&run(&text, &[], 6_000_000), &run(&text, &["polarisation=on:test"], 6_000_000), 1.3e-4);
+}
+
+#[test]
+fn time_of_flight_changes_no_byte() {
+    let text = slab(1.5, HG, "550 nm");
+    let (plain, timed) = (run(&text, &[], 100_000), run(&text, &["time-of-flight=on:test"], 100_000));
+    for f in &plain.result.figures {
+        let g = timed.result.figures.iter().find(|g| g.name == f.name && g.component == f.component).unwrap();
+        assert!((f.value.unwrap() - g.value.unwrap()).abs() < 1e-12, "{f:?} {g:?}");
+    }
+    assert!(timed.result.figures.iter().any(|f| f.name == "mean_time_reflected"));
+}
+
+#[test]
+fn films_without_thickness_change_nothing() {
+    let text = slab(1.5, "", "550 nm");
+    compare(&run(&text, &[], 6_000_000), &run(&text, &["thin-films=on:test"], 6_000_000), 1.3e-4);
+}
+
+/// Index-matched faces as events that reflect nothing.
+#[test]
+fn fresnel_without_a_step_changes_nothing() {
+    let text = slab(1.0, HG, "550 nm");
+    let (plain, forced) =
+        (run(&text, &[], 4_000_000), run(&text, &["fresnel-interfaces=on:test"], 4_000_000));
+    assert!(!on(&plain, "fresnel interfaces") && on(&forced, "fresnel interfaces"));
+    compare(&plain, &forced, 3e-4);
+}
+
 /// Forced off is the scene without what calls for it; every figure says so.
 #[test]
 fn forced_off_is_left_out_and_labels_every_figure() {
@@ -177,6 +220,13 @@ fn in_the_scene_and_refusals() {
         read(&with(r#"<effect name="subsurface-scattering" state="off" reason="clear plate"/>"#), &[])
             .unwrap();
     assert!(scene.materials[1].scattering.is_empty());
+    for dye in ["fluorescence", "wavenumber-shifts"] {
+        assert!(
+            read(&slab(1.5, "", "550 nm"), &[&format!("{dye}=on:x")])
+                .unwrap_err()
+                .contains("cannot be forced on")
+        );
+    }
     let why = read(&with(r#"<effect name="lambertian-surfaces" state="on" reason="x"/>"#), &[]).unwrap_err();
     assert!(
         why.contains("cannot be forced on: give a surface kind=\"lambertian\"")

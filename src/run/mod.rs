@@ -67,6 +67,7 @@ fn batch<U: Universe, const N: usize>(
     let mut h: History<U, N> = History::default();
     for number in index * BATCH..((index + 1) * BATCH).min(histories.count) {
         h.continues = !number.is_multiple_of(layout.shared);
+        h.number = number;
         let mut rng = Stream::of(histories.seed, histories.group, number, Purpose::Transport);
         let ray = source.emit(&mut rng);
         trace(world, ray, &mut h, &mut tally, &mut rng);

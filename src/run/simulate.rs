@@ -4,8 +4,9 @@ use super::{Histories, run_group};
 use crate::lpm::{LANES, World};
 use crate::math::cos;
 use crate::sap::Healpix;
+use crate::scene::effects::Kind;
 use crate::scene::plan::Plan;
-use crate::scene::{Branching, OpticsGeometry, Scene, Universe as Where, optics};
+use crate::scene::{Branching, OpticsGeometry, Scene, Universe as Where, full, optics};
 use crate::stats::{Fold, Moments};
 use crate::tally::layout::Depth;
 use crate::tally::{Cell, Layout, Node, View};
@@ -21,6 +22,8 @@ pub struct GroupResult {
     pub node: Node,
     /// Cells.
     pub layout: Layout,
+    /// Lane of the light that excites, where events change the wavelength.
+    pub excited: Option<usize>,
 }
 
 impl GroupResult {
@@ -42,9 +45,14 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// (wavelength, group, lane) over all wavelengths.
+    /// (wavelength, group, lane) over all wavelengths; where events change the wavelength, light that
+    /// comes out as it went in.
     pub fn wavelengths(&self) -> impl Iterator<Item = (f64, &GroupResult, usize)> {
-        self.groups.iter().flat_map(|g| g.wavelengths.iter().enumerate().map(move |(i, &w)| (w, g, i)))
+        let own = |g: &GroupResult, lane: usize| g.excited.is_none_or(|e| e == lane);
+        self.groups.iter().flat_map(move |g| {
+            let lanes = g.wavelengths.iter().enumerate().filter(move |(i, _)| own(g, *i));
+            lanes.map(move |(i, &w)| (w, g, i))
+        })
     }
 
     /// Histories with lost power, and with power cut by the event cap.
@@ -96,7 +104,8 @@ pub fn simulate(
             progress(Progress { done: before + done, total, reflectance: now })
         };
         let group = index as u64;
-        let result = match (&plan.universe, wavelengths.len()) {
+        let lanes = if plan.full { LANES } else { wavelengths.len() };
+        let result = match (&plan.universe, lanes) {
             (AnyUniverse::Statistical(u), 1) => one::<_, 1>(scene, plan, u, wavelengths, group, &mut tell),
             (AnyUniverse::Statistical(u), _) => {
                 one::<_, LANES>(scene, plan, u, wavelengths, group, &mut tell)
@@ -130,6 +139,7 @@ fn one<U: Universe, const N: usize>(
 ) -> Result<GroupResult, String> {
     let light = optics::light::<N>(scene, &plan.media, wavelengths)?;
     let layout = layout(scene, plan, wavelengths.len())?;
+    let full = plan.full.then(|| full::full(scene, plan, wavelengths, group as usize)).transpose()?;
     let split = match scene.run.branching {
         Branching::Split { nside, floor } => Some(optics::split(&light, nside, floor)?),
         Branching::Sample => None,
@@ -145,10 +155,12 @@ fn one<U: Universe, const N: usize>(
         bottom: plan.bottom,
         backing: backing(scene),
         analog: !scene.run.implicit_capture,
+        full: full.as_ref(),
     };
     let histories = Histories { seed: scene.run.seed, group, count: scene.run.histories };
     let node = run_group(&world, &plan.source, &layout, histories, |fold, done| tell(fold, done, &layout));
-    Ok(GroupResult { wavelengths: wavelengths.to_vec(), node, layout })
+    let excited = plan.converts.then_some(group as usize);
+    Ok(GroupResult { wavelengths: wavelengths.to_vec(), node, layout, excited })
 }
 
 fn backing(scene: &Scene) -> Option<f64> {
@@ -174,6 +186,7 @@ fn layout(scene: &Scene, plan: &Plan, lanes: usize) -> Result<Layout, String> {
         depth: scene.detect.depth.map(|bins| Depth { bins, top: plan.top, bottom: plan.bottom }),
         checkpoint: scene.detect.checkpoint,
         path: scene.detect.path,
+        time: scene.has(Kind::Time),
         view,
         pile: scene.optics.as_ref().map_or(1, |o| o.pile),
     })

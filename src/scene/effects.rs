@@ -4,7 +4,7 @@
 //! Forcing an effect off takes out of the checked scene what calls for it; forcing one on puts in the
 //! neutral parameter with which it changes nothing (`tests/effects.rs` holds the two together).
 
-use super::model::{self, Branching, Scatterer, Scene, SurfaceKind};
+use super::model::{self, Branching, ConversionKind, Ratio, Scatterer, Scene, SurfaceKind};
 use crate::material::{absorption_from_k, fresnel::weakly_absorbing};
 use crate::phase::Phase;
 use crate::spectrum::{Spectrum, Table};
@@ -80,6 +80,16 @@ pub enum Kind {
     Subsurface,
     /// Sphere Area Partitioning.
     Sap,
+    /// Stokes parameters through surfaces and scattering.
+    Polarisation,
+    /// Dyes that emit what they absorb at longer wavelengths.
+    Fluorescence,
+    /// Raman and Brillouin scattering.
+    Shifts,
+    /// Interference in films on surfaces.
+    Films,
+    /// Time of flight.
+    Time,
 }
 
 impl Kind {
@@ -92,6 +102,11 @@ impl Kind {
         Kind::Lambertian,
         Kind::Subsurface,
         Kind::Sap,
+        Kind::Polarisation,
+        Kind::Fluorescence,
+        Kind::Shifts,
+        Kind::Films,
+        Kind::Time,
     ];
 
     /// Name in plans and results.
@@ -104,6 +119,11 @@ impl Kind {
             Kind::Lambertian => "lambertian surfaces",
             Kind::Subsurface => "subsurface scattering",
             Kind::Sap => "sphere area partitioning",
+            Kind::Polarisation => "polarisation",
+            Kind::Fluorescence => "fluorescence",
+            Kind::Shifts => "wavenumber shifts",
+            Kind::Films => "thin films",
+            Kind::Time => "time of flight",
         }
     }
 
@@ -145,6 +165,21 @@ impl Kind {
                 }
                 by
             }
+            Kind::Films => surfaces(&|s| matches!(s.ratio, Ratio::Film { thickness, .. } if thickness > 0.0)),
+            Kind::Time if scene.detect.time => vec![format!("the detectors{}", line(scene, "detect"))],
+            Kind::Time => Vec::new(),
+            Kind::Fluorescence => materials(&|m| m.conversions.iter().any(|c| fluoresces(c.0))),
+            Kind::Shifts => materials(&|m| m.conversions.iter().any(|c| !fluoresces(c.0))),
+            Kind::Polarisation => {
+                let mut by = Vec::new();
+                if scene.polarised.is_some() {
+                    by.push(format!("the source{}", line(scene, "source")));
+                }
+                if scene.detect.analyser.is_some() {
+                    by.push(format!("the analyser{}", line(scene, "detect")));
+                }
+                by
+            }
         }
     }
 
@@ -159,6 +194,14 @@ impl Kind {
             Kind::Lambertian => ("called for by", "no surface is Lambertian"),
             Kind::Subsurface => ("called for by", "no material scatters"),
             Kind::Sap => ("called for by", "no <sap>: continuous laws"),
+            Kind::Fluorescence => ("called for by", "no material fluoresces"),
+            Kind::Films => ("called for by", "no surface has a film"),
+            Kind::Time => ("called for by", "no detector asks for it"),
+            Kind::Shifts => ("called for by", "no Raman or Brillouin scattering"),
+            Kind::Polarisation => (
+                "called for by",
+                "no polarised light, no analyser: every surface sees the mean of both states",
+            ),
         }
     }
 
@@ -208,6 +251,32 @@ impl Kind {
                 scene.materials.iter_mut().for_each(|m| m.sap = None);
                 scene.run.branching = Branching::Sample;
             }
+            Kind::Fluorescence => {
+                let grid = scene.wavelengths.clone();
+                for m in &mut scene.materials {
+                    // The dye goes on absorbing.
+                    for (_, c) in m.conversions.iter().filter(|c| fluoresces(c.0)) {
+                        let mut all = c.rate.clone();
+                        for (a, nm) in all.iter_mut().zip(&grid) {
+                            let own = m.absorption.as_ref().map_or(Ok(0.0), |s| s.at(*nm));
+                            *a += own.map_err(|e| format!("material '{}': {e}", m.id))?;
+                        }
+                        let table = Table::new(&*m.id, grid.clone(), all).map_err(|e| e.to_string())?;
+                        m.absorption = Some(table.into());
+                    }
+                    m.conversions.retain(|c| !fluoresces(c.0));
+                }
+            }
+            Kind::Films => scene.surfaces.iter_mut().for_each(|s| {
+                if matches!(s.ratio, Ratio::Film { .. }) {
+                    s.ratio = Ratio::Fresnel;
+                }
+            }),
+            Kind::Time => scene.detect.time = false,
+            Kind::Shifts => {
+                scene.materials.iter_mut().for_each(|m| m.conversions.retain(|c| fluoresces(c.0)))
+            }
+            Kind::Polarisation => (scene.polarised, scene.detect.analyser) = (None, None),
         }
         Ok(())
     }
@@ -218,7 +287,19 @@ impl Kind {
         match self {
             // `optics` and `plan` look at the override itself.
             Kind::Absorption | Kind::Dispersion => {}
-            Kind::Fresnel => return none("nothing is neutral about a step of the index; give one"),
+            // A film without thickness is no film, but every surface with it is an event: also where
+            // indices are equal.
+            Kind::Fresnel | Kind::Films => scene.surfaces.iter_mut().for_each(|s| {
+                if matches!(s.ratio, Ratio::Fresnel) {
+                    s.ratio = Ratio::Film { index: 1.0, thickness: 0.0 };
+                }
+            }),
+            Kind::Time => {
+                if !scene.run.implicit_capture || scene.run.branching != Branching::Sample {
+                    return none("it needs branching=\"sample\" and absorption=\"implicit\"");
+                }
+                scene.detect.time = true;
+            }
             Kind::Rough => scene.surfaces.iter_mut().for_each(|s| {
                 if s.kind == SurfaceKind::Smooth {
                     s.kind = SurfaceKind::Rough {
@@ -228,6 +309,16 @@ impl Kind {
                     };
                 }
             }),
+            Kind::Polarisation => {
+                if !Kind::Sap.callers(scene).is_empty() {
+                    return none("patches know no plane of reference");
+                }
+                if !scene.run.implicit_capture {
+                    return none("absorption is analog");
+                }
+            }
+            Kind::Fluorescence => return none("give a material a <fluorescence>"),
+            Kind::Shifts => return none("give a material a <shift>"),
             Kind::Lambertian => return none("give a surface kind=\"lambertian\""),
             Kind::Subsurface => scene.materials.iter_mut().for_each(|m| {
                 if m.scattering.is_empty() {
@@ -257,6 +348,10 @@ impl Kind {
 const NEUTRAL_SLOPE: f64 = 1e-7;
 /// 1/µm: one event in a metre.
 const NEUTRAL_SCATTERING: f64 = 1e-6;
+
+fn fluoresces(kind: ConversionKind) -> bool {
+    kind == ConversionKind::Fluorescence
+}
 
 fn absorbing(m: &model::Material) -> bool {
     let particles = |s: &Scatterer| matches!(s, Scatterer::Mie { index, .. } if index.k.is_some());
@@ -323,6 +418,11 @@ impl Scene {
     /// The effect is on although nothing calls for it.
     pub fn forced_on(&self, kind: Kind) -> bool {
         self.overrides.iter().any(|o| o.kind == kind && o.on && o.called.is_empty())
+    }
+
+    /// The effect is simulated.
+    pub fn has(&self, kind: Kind) -> bool {
+        self.forced_on(kind) || !kind.callers(self).is_empty()
     }
 
     /// Effects that are off although the scene calls for them: every figure lacks them.

@@ -5,6 +5,7 @@ mod build;
 pub mod diagnostic;
 pub mod document;
 pub mod effects;
+pub mod full;
 pub mod media;
 pub mod mixture;
 pub mod model;

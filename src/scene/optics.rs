@@ -119,7 +119,7 @@ fn constants(material: &model::Material, nm: f64) -> Result<Constants, String> {
 
 /// Nodes of a size law without the far tails: what is left out holds less than 1e-6 of the particles'
 /// projected area and of their volume, and would cost most of the work (Mie series grow with size).
-fn sizes_that_count(diameter: &crate::law::SizeLaw) -> Vec<(f64, f64)> {
+pub(super) fn sizes_that_count(diameter: &crate::law::SizeLaw) -> Vec<(f64, f64)> {
     const LEFT_OUT: f64 = 1e-6;
     let nodes = diameter.nodes(SIZE_NODES);
     let share = |power: i32| -> Vec<f64> {
@@ -251,12 +251,24 @@ fn ratio<const N: usize>(ratio: &RatioOf, wavelengths: &[f64]) -> Result<Ratio<N
         for (o, &nm) in out.iter_mut().zip(wavelengths) {
             *o = f(nm)?.clamp(0.0, 1.0);
         }
+        // Unused lanes follow the last one.
+        let last = out[wavelengths.len() - 1];
+        out[wavelengths.len()..].fill(last);
         Ok(out)
     };
     Ok(match ratio {
         RatioOf::Fresnel => Ratio::Fresnel,
         RatioOf::PaperAmplitude => Ratio::PaperAmplitude,
         RatioOf::Spectrum(s) => Ratio::Constant(lanes(&|nm| s.at(nm).map_err(|e| e.to_string()))?),
+        RatioOf::Film { index, thickness } => {
+            let mut by = [0.0; N];
+            for (t, nm) in by.iter_mut().zip(wavelengths) {
+                *t = thickness / (nm * 1e-3);
+            }
+            let last = by[wavelengths.len() - 1];
+            by[wavelengths.len()..].fill(last);
+            Ratio::Film { index: *index, thickness: by }
+        }
         RatioOf::Table { wavelengths: rows, angles, values } => {
             let mut table = Vec::with_capacity(ANGLES);
             for k in 0..ANGLES {

@@ -1,7 +1,9 @@
 //! Light, what is measured, and how it is run.
 
 use super::{Node, Reading};
+use crate::lpm::full::Analyser;
 use crate::math::FRAC_PI_2;
+use crate::phase::polarised::Stokes;
 use crate::scene::diagnostic::Diagnostic;
 use crate::scene::effects::{Kind, Override, apply};
 use crate::scene::model::*;
@@ -39,6 +41,24 @@ impl Reading<'_> {
                 Some((0..=count as u64).map(|i| from + i as f64 * step).collect())
             }
         }
+    }
+
+    /// State of the light, if it has one.
+    pub fn polarisation(&mut self, e: Node<'_>) -> Option<Stokes> {
+        let kind = e.text("polarisation").filter(|k| *k != "none")?;
+        if e.text("kind").is_some_and(|k| k != "collimated") {
+            let d = Diagnostic::error(e.place("polarisation"), "this light has no plane of reference");
+            self.out.push(d.help("polarised light is kind=\"collimated\""));
+        }
+        let degree = e.number("degree").unwrap_or(1.0);
+        Some(match kind {
+            "linear" => {
+                let (s, c) = crate::math::sin_cos(2.0 * e.number("field").unwrap_or(0.0));
+                Stokes { q: degree * c, u: degree * s, v: 0.0 }
+            }
+            "right" => Stokes { q: 0.0, u: 0.0, v: degree },
+            _ => Stokes { q: 0.0, u: 0.0, v: -degree },
+        })
     }
 
     pub fn source(&mut self, e: Option<Node<'_>>, sheet: bool) -> Source {
@@ -86,6 +106,12 @@ impl Reading<'_> {
             depth: e.count("depth").and_then(|n| u32::try_from(n).ok()),
             checkpoint: e.number("checkpoint"),
             path: e.yes("path"),
+            time: e.yes("time"),
+            analyser: match e.text("analyser") {
+                Some("parallel") => Some(Analyser::Parallel),
+                Some("perpendicular") => Some(Analyser::Perpendicular),
+                _ => None,
+            },
         }
     }
 
@@ -107,10 +133,22 @@ impl Reading<'_> {
             roulette: 1e-3,
             event_cap: 1_000_000,
             shared: 1,
+            weights: true,
             implicit_capture: true,
         };
         let Some(e) = e else { return standard };
         self.check_shared(e, universe);
+        if self.polarised {
+            for (name, bad, help) in [
+                ("branching", "split", "patches know no plane of reference: branching=\"sample\""),
+                ("absorption", "analog", "the full loop takes absorption as weight: absorption=\"implicit\""),
+            ] {
+                if e.text(name) == Some(bad) {
+                    let d = Diagnostic::error(e.place(name), "not with polarised light");
+                    self.out.push(d.help(help));
+                }
+            }
+        }
         Run {
             histories: e.count("histories").unwrap_or(standard.histories),
             seed: e.count("seed").unwrap_or(standard.seed),
@@ -124,6 +162,7 @@ impl Reading<'_> {
             roulette: e.number("roulette").unwrap_or(standard.roulette),
             event_cap: e.count("event-cap").unwrap_or(standard.event_cap),
             shared: e.count("histories-per-realisation").unwrap_or(1),
+            weights: e.yes("weights"),
             implicit_capture: e.text("absorption") != Some("analog"),
         }
     }

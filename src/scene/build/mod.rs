@@ -2,6 +2,7 @@
 
 mod bodies;
 mod check;
+mod conversion;
 mod files;
 mod law;
 mod light;
@@ -52,6 +53,8 @@ struct Reading<'o> {
     wavelengths: Vec<f64>,
     materials: Vec<String>,
     surfaces: Vec<String>,
+    /// Polarised light or an analyser: laws without a state are refused.
+    polarised: bool,
     lines: Lines,
 }
 
@@ -129,6 +132,7 @@ impl<'o> Reading<'o> {
             wavelengths: Vec::new(),
             materials: Vec::new(),
             surfaces: Vec::new(),
+            polarised: false,
             lines: Lines::new(),
         }
     }
@@ -148,9 +152,14 @@ impl<'o> Reading<'o> {
             }
         }
         self.wavelengths = self.spectrum(root.child("spectrum"));
+        let asks = |name: &str, what: &str| {
+            root.child(name).is_some_and(|e| e.has(what) && e.text(what) != Some("none"))
+        };
+        self.polarised = asks("source", "polarisation") || asks("detect", "analyser");
         let materials = self.materials(root.child("materials"));
         let surfaces = self.surfaces(root.child("surfaces"));
         let universe = self.universe(root.child("universe"), &materials, &surfaces);
+        let polarised = root.child("source").and_then(|e| self.polarisation(e));
         let source = self.source(root.child("source"), !matches!(universe, Universe::Synthetic(_)));
         let run = self.run(root.child("run"), &universe);
         Scene {
@@ -160,6 +169,7 @@ impl<'o> Reading<'o> {
             surfaces,
             universe,
             source,
+            polarised,
             wavelengths: self.wavelengths.clone(),
             detect: self.detect(root.child("detect")),
             optics: root.child("optics").map(|o| self.optics(o)),
