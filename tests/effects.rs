@@ -148,6 +148,31 @@ fn time_of_flight_changes_no_byte() {
     assert!(timed.result.figures.iter().any(|f| f.name == "mean_time_reflected"));
 }
 
+/// Without slope a walk is the smooth surface; with one nothing is masked, and a white one returns all.
+#[test]
+fn walks_between_facets() {
+    let text = slab(1.5, "", "550 nm");
+    let with = |surface: &str| {
+        let own = format!("<surfaces><surface id=\"own\" {surface}/></surfaces>\n  <universe");
+        text.replace("<universe", &own).replace("material=\"wall\"/>", "material=\"wall\" surface=\"own\"/>")
+    };
+    let nearly = r#"kind="rough" m="1e-7" multiple-bounce="walk""#;
+    compare(&run(&text, &[], 6_000_000), &run(&with(nearly), &[], 6_000_000), 1.3e-4);
+    let white = run(
+        &with(r#"kind="rough" m="1.2" multiple-bounce="walk" reflectance="1" opaque="yes""#),
+        &[],
+        100_000,
+    );
+    let r = &white.result.figures[0];
+    assert!((r.value.unwrap() - 1.0).abs() < 1e-3, "{r:?}");
+    let rough = r#"kind="rough" m="0.8" multiple-bounce="X""#;
+    let masked = |how: &str| {
+        let d = run(&with(&rough.replace('X', how)), &[], 400_000);
+        d.result.ledger.0.iter().find(|(n, _)| n == "masked").map_or(0.0, |(_, s)| s.value)
+    };
+    assert!(masked("off") > 0.05 && masked("walk") < 1e-3, "{} {}", masked("off"), masked("walk"));
+}
+
 #[test]
 fn films_without_thickness_change_nothing() {
     let text = slab(1.5, "", "550 nm");

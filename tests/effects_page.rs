@@ -109,6 +109,13 @@ const ROWS: &[Row] = &[
         tests: &[("effects", "films_without_thickness_change_nothing"), ("spectra", "films_on_a_plate")],
     },
     Row {
+        kind: Kind::Bounces,
+        law: "random walk on Smith's microsurface (Heitz et al. 2016), or the white albedo given back",
+        called: "`multiple-bounce` of a rough surface",
+        price: "minimal loop: a height and a facet a bounce",
+        tests: &[("effects", "walks_between_facets")],
+    },
+    Row {
         kind: Kind::Time,
         law: "Σ n s/c",
         called: "`<detect time=\"yes\">`",

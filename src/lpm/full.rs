@@ -9,7 +9,7 @@ use super::ledger::add;
 use super::light::{Light, Medium};
 use super::polarised::{self, State};
 use super::surface::Meeting;
-use super::weights::{self, Differences};
+use super::weights::{self, Differences, Pending, Scattering};
 use crate::material::Conversion;
 use crate::math::DVec3;
 use crate::phase::Phase;
@@ -75,13 +75,15 @@ pub struct Extra<const N: usize> {
     pub lane: usize,
     /// Probability of the path so far by lane, over its mean.
     pub likelihood: [f64; N],
+    /// Rounding of the weights' balance in the ledger, carried on.
+    pub carry: [f64; N],
     /// Optical path Σ n s, µm.
     pub optical_path: f64,
 }
 
 impl<const N: usize> Default for Extra<N> {
     fn default() -> Self {
-        Extra { state: State::default(), lane: 0, likelihood: [1.0; N], optical_path: 0.0 }
+        Extra { state: State::default(), lane: 0, likelihood: [1.0; N], carry: [0.0; N], optical_path: 0.0 }
     }
 }
 
@@ -149,20 +151,21 @@ pub(super) fn stay<U: Universe, S: Scorer<N>, const N: usize>(
     tally: &mut S,
     rng: &mut Stream,
 ) -> bool {
+    let index = usize::from(path.medium.0);
+    if full.lanes == Lanes::Weighted
+        && let Some(scattering) = &full.differences.media[index]
+    {
+        return stay_weighted(world, full, scattering, path, h, tally, rng);
+    }
     if !counted(world, path, h) {
         return false;
     }
-    let index = usize::from(path.medium.0);
     let light = full.light(world.light, h.extra.lane);
     let medium = &light.media[index];
-    // The medium that draws: that of the lane, where lanes differ.
-    let draws = match full.lanes {
-        Lanes::Weighted => &full.lights[h.extra.lane].media[index],
-        _ => medium,
-    };
     let converters = full.converters.get(index).map_or(&[][..], Vec::as_slice);
     let changes: f64 = converters.iter().map(|c| c.rate[h.extra.lane]).sum();
-    let free = if changes > 0.0 { rng.exponential() / (draws.mu_s + changes) } else { draws.free_path(rng) };
+    let free =
+        if changes > 0.0 { rng.exponential() / (medium.mu_s + changes) } else { medium.free_path(rng) };
     let next = world.universe.next(&path.ray, &mut path.place, &mut h.memory, free, rng);
     if let Next::Limit | Next::Interface(_) | Next::Edge { .. } = next {
         let distance = match &next {
@@ -173,19 +176,13 @@ pub(super) fn stay<U: Universe, S: Scorer<N>, const N: usize>(
         if full.time && distance.is_finite() {
             h.extra.optical_path += medium.n.re * distance;
         }
-        if full.lanes == Lanes::Weighted {
-            let scatters = matches!(next, Next::Limit);
-            if let Some(by) = full.differences.flight(index, distance, scatters) {
-                weights::apply(&by, world.light.lanes, &mut path.power, h);
-            }
-        }
     }
     match &next {
         Next::Limit => {
             if !attenuate(world, medium, path, free, h, tally, rng) {
                 return false;
             }
-            if changes > 0.0 && rng.uniform() * (draws.mu_s + changes) < changes {
+            if changes > 0.0 && rng.uniform() * (medium.mu_s + changes) < changes {
                 if !super::convert::event(converters, changes, path, h, tally, rng) {
                     return false;
                 }
@@ -193,7 +190,7 @@ pub(super) fn stay<U: Universe, S: Scorer<N>, const N: usize>(
                 h.extra.state = State::none(path.ray.dir);
             } else {
                 tally.scattered(path);
-                path.ray.dir = turn(world, full, draws, index, path.ray.dir, &mut path.power, h, rng);
+                path.ray.dir = turn(full, medium, index, path.ray.dir, h, rng);
             }
             world.universe.moved(&path.ray, &mut path.place, &mut h.memory, free);
             roulette(world, path, h, rng)
@@ -212,27 +209,87 @@ pub(super) fn stay<U: Universe, S: Scorer<N>, const N: usize>(
 }
 
 /// New direction after a subsurface event.
-#[allow(clippy::too_many_arguments)]
 fn turn<U: Universe, const N: usize>(
-    world: &World<U, N>,
     full: &Full<N>,
     medium: &Medium<N>,
     index: usize,
     dir: DVec3,
-    power: &mut [f64; N],
     h: &mut History<U, N>,
     rng: &mut Stream,
 ) -> DVec3 {
     if let Some(p) = &full.polarisation {
         return polarised::scatter(medium, &p.matrices[index], dir, &mut h.extra.state, rng);
     }
-    let out = medium.scatter(dir, rng);
-    if full.lanes == Lanes::Weighted
-        && let Some(by) = full.differences.turned(index, dir.dot(out).clamp(-1.0, 1.0))
-    {
-        weights::apply(&by, world.light.lanes, power, h);
+    medium.scatter(dir, rng)
+}
+
+/// A stay in a medium whose scattering differs between lanes: the lane of the history draws, and the
+/// others' weights are settled when something looks at the powers. True while the ray lives.
+fn stay_weighted<U: Universe, S: Scorer<N>, const N: usize>(
+    world: &World<U, N>,
+    full: &Full<N>,
+    scattering: &Scattering<N>,
+    path: &mut super::Path<U::Place, N>,
+    h: &mut History<U, N>,
+    tally: &mut S,
+    rng: &mut Stream,
+) -> bool {
+    let index = usize::from(path.medium.0);
+    let (lanes, lane) = (world.light.lanes, h.extra.lane);
+    let medium = &world.light.media[index];
+    let draws = &full.lights[lane].media[index];
+    let eager = medium.absorbs || full.differences.eager;
+    let mut pending = Pending::new();
+    loop {
+        if !counted(world, path, h) {
+            return false;
+        }
+        let free = draws.free_path(rng);
+        let next = world.universe.next(&path.ray, &mut path.place, &mut h.memory, free, rng);
+        let distance = match &next {
+            Next::Limit => free,
+            Next::Interface(at) => at.distance,
+            Next::Edge { distance, .. } => *distance,
+            Next::Lost => {
+                add(&mut h.ledger.lost, &path.power);
+                return false;
+            }
+        };
+        if full.time && distance.is_finite() {
+            h.extra.optical_path += medium.n.re * distance;
+        }
+        pending.flight(distance);
+        if eager || !matches!(next, Next::Limit) {
+            pending.settle(scattering, lanes, &mut path.power, h);
+        }
+        match &next {
+            Next::Limit => {
+                let dir = draws.scatter(path.ray.dir, rng);
+                pending.turned(scattering, path.ray.dir.dot(dir).clamp(-1.0, 1.0), lane);
+                if !attenuate(world, medium, path, free, h, tally, rng) {
+                    return false;
+                }
+                if eager || pending.full() {
+                    pending.settle(scattering, lanes, &mut path.power, h);
+                }
+                tally.scattered(path);
+                path.ray.dir = dir;
+                world.universe.moved(&path.ray, &mut path.place, &mut h.memory, free);
+                if eager && !roulette(world, path, h, rng) {
+                    return false;
+                }
+            }
+            Next::Interface(at) => {
+                return attenuate(world, medium, path, at.distance, h, tally, rng)
+                    && meet(world, full, world.light, medium, path, at, h, tally, rng)
+                    && roulette(world, path, h, rng);
+            }
+            Next::Edge { face, distance } => {
+                return leave(world, medium, path, *face, *distance, h, tally, rng);
+            }
+            Next::Lost => unreachable!("told above"),
+        }
     }
-    out
 }
 
 /// A surface event.

@@ -418,7 +418,13 @@ pub(super) fn roulette<U: Universe, const N: usize>(
     rng: &mut Stream,
 ) -> bool {
     const SURVIVAL: f64 = 0.1;
-    let power = largest(&path.power);
+    let power = match world.full {
+        // Lanes that go together by weights differ up to N-fold: their mean.
+        Some(full) if N > 1 && full.lanes == full::Lanes::Weighted => {
+            path.power.iter().take(world.light.lanes).sum::<f64>() / world.light.lanes as f64
+        }
+        _ => largest(&path.power),
+    };
     if power >= world.roulette {
         return true;
     }

@@ -61,7 +61,14 @@ impl<const N: usize> Ledger<N> {
                     + self.masked[i]
                     + self.lost[i]
                     + self.truncated[i];
-                if N > 1 { (self.emitted[i] - sum - self.converted[i]).abs() } else { (1.0 - sum).abs() }
+                if N > 1 {
+                    // Weights between wavelengths move up to N times the power in and out: their rounding
+                    // counts against that.
+                    let moved = 1.0 + self.roulette[i].abs();
+                    (self.emitted[i] - sum - self.converted[i]).abs() / moved
+                } else {
+                    (1.0 - sum).abs()
+                }
             })
             .fold(0.0, f64::max)
     }
@@ -78,7 +85,11 @@ pub fn add<const N: usize>(to: &mut [f64; N], w: &[f64; N]) {
 /// Multiplies every lane.
 #[inline]
 pub fn scaled<const N: usize>(w: &[f64; N], f: f64) -> [f64; N] {
-    w.map(|x| x * f)
+    let mut out = [0.0; N];
+    for (o, x) in out.iter_mut().zip(w) {
+        *o = x * f;
+    }
+    out
 }
 
 /// The largest lane.

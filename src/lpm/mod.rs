@@ -18,6 +18,7 @@ pub mod patches;
 pub mod polarised;
 pub mod split;
 pub mod surface;
+pub mod walk;
 pub mod weights;
 
 pub use full::Full;

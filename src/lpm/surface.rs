@@ -90,6 +90,8 @@ pub enum Directions {
         /// Divide by the white directional albedo.
         renormalised: bool,
     },
+    /// Microfacets with all bounces between them.
+    Walk(Microfacet),
 }
 
 /// Law of a surface at the wavelengths of a group.
@@ -189,6 +191,7 @@ impl<const N: usize> SurfaceLaw<N> {
             Directions::Facets { law, renormalised } if self.sap.is_none() => {
                 self.facet(law, *renormalised, m, power, ledger, rng)
             }
+            Directions::Walk(facets) => super::walk::draw(self, facets, m, power, ledger, rng),
             _ => self.mean_plane(m, power, ledger, rng),
         }
     }

@@ -8,26 +8,44 @@
 //! roulette's: its mean is 0.
 
 use super::history::History;
-use super::ledger::add;
 use super::light::Light;
 use super::surface::{Directions, Fate, Meeting, SurfaceLaw};
-use crate::math::{PI, acos, cos, fast};
+use crate::math::fast;
 use crate::phase::{Phase, Table};
 use crate::rng::Stream;
 use crate::universe::Universe;
 use std::sync::Arc;
 
-/// Steps of θ on which phase functions that differ between lanes are held: linear in cos θ between, for
-/// the draw as for the weights.
-const STEPS: usize = 8192;
+/// Steps of sin(θ/2) on which phase functions that differ between lanes are held: linear in cos θ between,
+/// for the draw as for the weights.
+const STEPS: usize = 2048;
+/// Scatterings after which weights are settled at the latest: their product stays a number.
+const MOST: u32 = 64;
 
-/// What differs between lanes, per medium.
+/// How a medium scatters in every lane.
+#[derive(Debug)]
+pub struct Scattering<const N: usize> {
+    /// Coefficients by lane, 1/µm.
+    mu_s: [f64; N],
+    /// The smallest of them.
+    least: f64,
+    /// Density µs p(cos θ) of an event by lane at the steps, where phase functions differ.
+    rows: Option<Vec<[f64; N]>>,
+}
+
+/// What differs between lanes, per medium; `None` where nothing does.
 #[derive(Debug, Default)]
 pub struct Differences<const N: usize> {
-    /// Scattering coefficients by lane, 1/µm, where they differ.
-    pub mu_s: Vec<Option<[f64; N]>>,
-    /// Densities at the steps of θ by lane, where phase functions differ.
-    pub phase: Vec<Option<Vec<[f64; N]>>>,
+    /// Per medium.
+    pub media: Vec<Option<Scattering<N>>>,
+    /// Weights are settled at every event: a tally looks at each step.
+    pub eager: bool,
+}
+
+/// Cosine of a step: 1 − 2 sin²(θ/2).
+fn knot(i: usize) -> f64 {
+    let u = i as f64 / STEPS as f64;
+    1.0 - 2.0 * u * u
 }
 
 impl<const N: usize> Differences<N> {
@@ -35,65 +53,112 @@ impl<const N: usize> Differences<N> {
     ///
     /// # Errors
     /// A phase function that cannot be tabulated.
-    pub fn between(lights: &mut [Light<N>]) -> Result<Self, String> {
-        let mut out = Differences { mu_s: Vec::new(), phase: Vec::new() };
+    pub fn between(lights: &mut [Light<N>], eager: bool) -> Result<Self, String> {
+        let media = (0..lights[0].media.len()).map(|m| Self::medium(lights, m)).collect::<Result<_, _>>()?;
+        Ok(Differences { media, eager })
+    }
+
+    fn medium(lights: &mut [Light<N>], m: usize) -> Result<Option<Scattering<N>>, String> {
         let lanes = lights.len();
-        for m in 0..lights[0].media.len() {
-            let at = |k: usize| lights[k.min(lanes - 1)].media[m].mu_s;
-            let mu_s: [f64; N] = std::array::from_fn(at);
-            out.mu_s.push(mu_s.iter().any(|x| *x != mu_s[0]).then_some(mu_s));
-            let first = lights[0].media[m].phase.clone();
-            if lights.iter().all(|l| l.media[m].phase == first) {
-                out.phase.push(None);
+        let mu_s: [f64; N] = std::array::from_fn(|k| lights[k.min(lanes - 1)].media[m].mu_s);
+        let least = mu_s.iter().copied().fold(f64::INFINITY, f64::min);
+        let first = lights[0].media[m].phase.clone();
+        let same = lights.iter().all(|l| l.media[m].phase == first);
+        if same {
+            let differ = mu_s.iter().any(|x| *x != mu_s[0]);
+            return Ok(differ.then_some(Scattering { mu_s, least, rows: None }));
+        }
+        let mut rows = vec![[0.0; N]; STEPS + 1];
+        for k in 0..N {
+            if k >= lanes {
+                rows.iter_mut().for_each(|r| r[k] = r[lanes - 1]);
                 continue;
             }
-            let mut rows = vec![[0.0; N]; STEPS + 1];
-            for k in 0..N {
-                if k >= lanes {
-                    rows.iter_mut().for_each(|r| r[k] = r[lanes - 1]);
-                    continue;
-                }
-                let medium = &mut lights[k].media[m];
-                let angle = |i: usize| if i == STEPS { PI } else { PI * i as f64 / STEPS as f64 };
-                let knots: Vec<(f64, f64)> =
-                    (0..=STEPS).map(|i| (angle(i), medium.phase.pdf(cos(angle(i))))).collect();
-                let table = Table::from_angles(&knots).map_err(|e| e.to_string())?;
-                let whole = table.integral_as_written();
-                rows.iter_mut().zip(&knots).for_each(|(r, knot)| r[k] = knot.1 / whole);
-                medium.phase = Phase::Table(Arc::new(table));
-            }
-            out.phase.push(Some(rows));
+            let medium = &mut lights[k].media[m];
+            let knots: Vec<(f64, f64)> = (0..=STEPS).map(|i| (knot(i), medium.phase.pdf(knot(i)))).collect();
+            let table = Table::from_cosines(&knots).map_err(|e| e.to_string())?;
+            let scale = medium.mu_s / table.integral_as_written();
+            rows.iter_mut().zip(&knots).for_each(|(r, knot)| r[k] = knot.1 * scale);
+            medium.phase = Phase::Table(Arc::new(table));
         }
-        Ok(out)
-    }
-
-    /// Density of a flight of `distance` by lane: µs e^(−µs s) if it ends in an event, e^(−µs s) if it ends
-    /// at a surface; `None` where lanes do not differ.
-    #[inline]
-    pub fn flight(&self, medium: usize, distance: f64, scatters: bool) -> Option<[f64; N]> {
-        let mu_s = self.mu_s[medium].as_ref()?;
-        let distance = distance.min(f64::MAX);
-        let gone = fast::one_minus_exp_neg_each(&mu_s.map(|m| m * distance));
-        Some(std::array::from_fn(|k| (1.0 - gone[k]) * if scatters { mu_s[k] } else { 1.0 }))
-    }
-
-    /// Density of a turn by the angle with cosine `c`, by lane.
-    #[inline]
-    pub fn turned(&self, medium: usize, c: f64) -> Option<[f64; N]> {
-        let rows = self.phase[medium].as_ref()?;
-        let step = PI / STEPS as f64;
-        let i = ((acos(c) / step) as usize).min(STEPS - 1);
-        let (a, b) = (fast_cos(i as f64 * step), fast_cos((i + 1) as f64 * step));
-        let f = ((a - c) / (a - b)).clamp(0.0, 1.0);
-        let (near, far) = (&rows[i], &rows[i + 1]);
-        Some(std::array::from_fn(|k| near[k] + f * (far[k] - near[k])))
+        Ok(Some(Scattering { mu_s, least, rows: Some(rows) }))
     }
 }
 
-/// cos x for 0 ≤ x ≤ π, to some 1e-16 absolute.
-#[inline]
-fn fast_cos(x: f64) -> f64 {
-    fast::cos_sin_turn(x * (0.5 / PI)).0
+/// Densities of a stay in one medium by lane, not yet in the powers.
+#[derive(Debug)]
+pub struct Pending<const N: usize> {
+    by: [f64; N],
+    path: f64,
+    events: u32,
+}
+
+impl<const N: usize> Pending<N> {
+    /// Nothing yet.
+    pub fn new() -> Self {
+        Pending { by: [1.0; N], path: 0.0, events: 0 }
+    }
+
+    /// A flight of `distance`.
+    #[inline]
+    pub fn flight(&mut self, distance: f64) {
+        self.path += distance.min(f64::MAX);
+    }
+
+    /// A scattering by the angle with cosine `c`, drawn by lane `lane`: density µs p by lane over its own.
+    #[inline]
+    pub fn turned(&mut self, medium: &Scattering<N>, c: f64, lane: usize) {
+        self.events += 1;
+        let Some(rows) = &medium.rows else {
+            let own = 1.0 / medium.mu_s[lane];
+            for (b, m) in self.by.iter_mut().zip(&medium.mu_s) {
+                *b *= m * own;
+            }
+            return;
+        };
+        let x2 = 0.5 * (1.0 - c) * (STEPS * STEPS) as f64;
+        let i = (x2.sqrt() as usize).min(STEPS - 1);
+        let f = ((x2 - (i * i) as f64) / (2 * i + 1) as f64).clamp(0.0, 1.0);
+        let (near, far) = (&rows[i], &rows[i + 1]);
+        let own = 1.0 / (near[lane] + f * (far[lane] - near[lane]));
+        for k in 0..N {
+            self.by[k] *= (near[k] + f * (far[k] - near[k])) * own;
+        }
+    }
+
+    /// More would leave the range of numbers.
+    #[inline]
+    pub fn full(&self) -> bool {
+        self.events >= MOST
+    }
+
+    /// Brings the powers in line: the densities so far, with e^(−µs s) of the path.
+    #[inline]
+    pub fn settle<U: Universe>(
+        &mut self,
+        medium: &Scattering<N>,
+        lanes: usize,
+        power: &mut [f64; N],
+        h: &mut History<U, N>,
+    ) {
+        // Only ratios count: over that of the lane that scatters least.
+        let mut depth = [0.0; N];
+        for (d, m) in depth.iter_mut().zip(&medium.mu_s) {
+            *d = (m - medium.least) * self.path;
+        }
+        let mut by = fast::one_minus_exp_neg_each(&depth);
+        for (b, pending) in by.iter_mut().zip(&self.by) {
+            *b = (1.0 - *b) * pending;
+        }
+        *self = Pending::new();
+        apply(&by, lanes, power, h);
+    }
+}
+
+impl<const N: usize> Default for Pending<N> {
+    fn default() -> Self {
+        Self::new()
+    }
 }
 
 /// Surface whose reflected share depends on wavelength: lane `lane` draws.
@@ -133,12 +198,15 @@ pub fn apply<U: Universe, const N: usize>(
         sum += if k < lanes { likelihood[k] } else { 0.0 };
     }
     let scale = lanes as f64 / sum;
-    let mut balance = [0.0; N];
+    let (ledger, carry) = (&mut h.ledger.roulette, &mut h.extra.carry);
     for k in 0..N {
         likelihood[k] *= scale;
-        let f = by[k] * own * scale;
-        balance[k] = power[k] * (1.0 - f);
-        power[k] *= f;
+        let after = power[k] * (by[k] * own * scale);
+        // What rounding takes from the running sum is carried on: powers go up and down a thousand times.
+        let balance = (power[k] - after) - carry[k];
+        let sum = ledger[k] + balance;
+        carry[k] = (sum - ledger[k]) - balance;
+        ledger[k] = sum;
+        power[k] = after;
     }
-    add(&mut h.ledger.roulette, &balance);
 }

@@ -88,6 +88,8 @@ pub enum Kind {
     Shifts,
     /// Interference in films on surfaces.
     Films,
+    /// Light that goes on between the facets of rough surfaces.
+    Bounces,
     /// Time of flight.
     Time,
 }
@@ -106,6 +108,7 @@ impl Kind {
         Kind::Fluorescence,
         Kind::Shifts,
         Kind::Films,
+        Kind::Bounces,
         Kind::Time,
     ];
 
@@ -123,6 +126,7 @@ impl Kind {
             Kind::Fluorescence => "fluorescence",
             Kind::Shifts => "wavenumber shifts",
             Kind::Films => "thin films",
+            Kind::Bounces => "multiple bounces",
             Kind::Time => "time of flight",
         }
     }
@@ -166,6 +170,7 @@ impl Kind {
                 by
             }
             Kind::Films => surfaces(&|s| matches!(s.ratio, Ratio::Film { thickness, .. } if thickness > 0.0)),
+            Kind::Bounces => surfaces(&bounces),
             Kind::Time if scene.detect.time => vec![format!("the detectors{}", line(scene, "detect"))],
             Kind::Time => Vec::new(),
             Kind::Fluorescence => materials(&|m| m.conversions.iter().any(|c| fluoresces(c.0))),
@@ -196,6 +201,9 @@ impl Kind {
             Kind::Sap => ("called for by", "no <sap>: continuous laws"),
             Kind::Fluorescence => ("called for by", "no material fluoresces"),
             Kind::Films => ("called for by", "no surface has a film"),
+            Kind::Bounces => {
+                ("called for by", "no rough surface asks for it: what facets mask is in the ledger")
+            }
             Kind::Time => ("called for by", "no detector asks for it"),
             Kind::Shifts => ("called for by", "no Raman or Brillouin scattering"),
             Kind::Polarisation => (
@@ -272,6 +280,11 @@ impl Kind {
                     s.ratio = Ratio::Fresnel;
                 }
             }),
+            Kind::Bounces => scene.surfaces.iter_mut().for_each(|s| {
+                if let SurfaceKind::Rough { multiple_bounce, .. } = &mut s.kind {
+                    *multiple_bounce = model::MultipleBounce::Off;
+                }
+            }),
             Kind::Time => scene.detect.time = false,
             Kind::Shifts => {
                 scene.materials.iter_mut().for_each(|m| m.conversions.retain(|c| fluoresces(c.0)))
@@ -316,7 +329,11 @@ impl Kind {
                 if !scene.run.implicit_capture {
                     return none("absorption is analog");
                 }
+                if !Kind::Bounces.callers(scene).is_empty() {
+                    return none("walks between facets keep no state");
+                }
             }
+            Kind::Bounces => return none("give a rough surface multiple-bounce=\"walk\""),
             Kind::Fluorescence => return none("give a material a <fluorescence>"),
             Kind::Shifts => return none("give a material a <shift>"),
             Kind::Lambertian => return none("give a surface kind=\"lambertian\""),
@@ -348,6 +365,11 @@ impl Kind {
 const NEUTRAL_SLOPE: f64 = 1e-7;
 /// 1/µm: one event in a metre.
 const NEUTRAL_SCATTERING: f64 = 1e-6;
+
+fn bounces(s: &model::Surface) -> bool {
+    matches!(s.kind, SurfaceKind::Rough { m, multiple_bounce, .. }
+        if m > 0.0 && multiple_bounce != model::MultipleBounce::Off)
+}
 
 fn fluoresces(kind: ConversionKind) -> bool {
     kind == ConversionKind::Fluorescence

@@ -29,8 +29,10 @@ pub fn full<const N: usize>(
     let mut full = Full { polarisation, time: scene.has(Kind::Time), ..Full::default() };
     if plan.weighted {
         full.lanes = Lanes::Weighted;
+        let d = &scene.detect;
+        let eager = d.path || d.depth.is_some() || d.checkpoint.is_some();
         full.lights = lights(scene, plan, wavelengths)?;
-        full.differences = Differences::between(&mut full.lights)?;
+        full.differences = Differences::between(&mut full.lights, eager)?;
     }
     if plan.converts {
         full.lanes = Lanes::One(group);

@@ -162,6 +162,8 @@ pub enum MultipleBounce {
     Off,
     /// Divided by the white directional albedo of the same law.
     Renormalised,
+    /// Random walk on the microsurface: all bounces.
+    Walk,
 }
 
 /// Directional behaviour of a surface.

@@ -218,6 +218,9 @@ fn surface_law<const N: usize>(
         SurfaceKind::Lambertian { per_patch: false } => Directions::Lambertian,
         // A rough surface of slope 0 is the smooth one, bit for bit.
         SurfaceKind::Rough { m: 0.0, .. } => Directions::Smooth,
+        SurfaceKind::Rough { slopes, m, multiple_bounce: model::MultipleBounce::Walk } => {
+            Directions::Walk(Microfacet::new(slope_law(slopes), m).map_err(|e| of(e.to_string()))?)
+        }
         SurfaceKind::Rough { slopes, m, multiple_bounce } => Directions::Facets {
             law: Microfacet::new(slope_law(slopes), m).map_err(|e| of(e.to_string()))?,
             renormalised: multiple_bounce == model::MultipleBounce::Renormalised,

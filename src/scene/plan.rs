@@ -72,6 +72,18 @@ impl Plan {
                 (AnyUniverse::Voxel(universe), Vec::new(), Some((top, 0.0)))
             }
         };
+        let walks = |s: &&model::Surface| {
+            let walk = model::MultipleBounce::Walk;
+            matches!(s.kind, model::SurfaceKind::Rough { multiple_bounce, .. } if multiple_bounce == walk)
+        };
+        if let (model::Branching::Split { .. }, Some(s)) =
+            (scene.run.branching, scene.surfaces.iter().find(walks))
+        {
+            return Err(format!(
+                "surface '{}': a walk between facets has no patches: branching=\"sample\"",
+                s.id
+            ));
+        }
         let (top, bottom) = faces.unwrap_or((0.0, 0.0));
         let source = source(&scene.source, faces)?;
         let (groups, spectrum) = groups(scene);

@@ -246,6 +246,7 @@ impl Reading<'_> {
                 m: e.needed(self, "m", "kind `rough`").unwrap_or(0.0),
                 multiple_bounce: match e.text("multiple-bounce") {
                     Some("renormalised") => MultipleBounce::Renormalised,
+                    Some("walk") => self.walk(e),
                     _ => MultipleBounce::Off,
                 },
             },
@@ -272,6 +273,24 @@ impl Reading<'_> {
         }
         let id = e.text("id").unwrap_or_default().to_string();
         Surface { id, kind, ratio: ratio.unwrap_or(Ratio::Fresnel), opaque: e.yes("opaque"), sap }
+    }
+
+    /// A walk between facets, where it is possible.
+    fn walk(&mut self, e: Node<'_>) -> MultipleBounce {
+        let why = if e.text("slopes") == Some("ggx") {
+            Some(("heights and slopes of GGX have no walk here", "slopes=\"gaussian\" or \"exponential\""))
+        } else if e.child("sap").is_some() {
+            Some(("patches hold single bounces", "without <sap>, or multiple-bounce=\"renormalised\""))
+        } else if self.polarised {
+            Some(("walks keep no state of polarisation", "multiple-bounce=\"off\" or \"renormalised\""))
+        } else {
+            None
+        };
+        if let Some((problem, help)) = why {
+            let d = Diagnostic::error(e.place("multiple-bounce"), problem);
+            self.out.push(d.help(help));
+        }
+        MultipleBounce::Walk
     }
 
     fn patches(&mut self, e: Node<'_>) -> SapSpec {

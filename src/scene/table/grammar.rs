@@ -38,7 +38,7 @@ const SIZES: &[&str] = &[
 
 const EFFECTS: &[&str] = &[
     "absorption", "fresnel-interfaces", "dispersion", "rough-surfaces", "lambertian-surfaces", "subsurface-scattering",
-    "sphere-area-partitioning", "polarisation", "fluorescence", "wavenumber-shifts", "thin-films", "time-of-flight",
+    "sphere-area-partitioning", "polarisation", "fluorescence", "wavenumber-shifts", "thin-films", "multiple-bounces", "time-of-flight",
 ];
 
 const INDEX: &[A] = &[
@@ -99,7 +99,7 @@ const SURFACE: &[A] = &[
     w("per-patch", YES_NO, Default("no"), "Lambertian: equal power per SAP patch (a reading of the paper) instead of equal radiance."),
     w("slopes", Choice(&["gaussian", "exponential", "ggx"]), Default("gaussian"), "Rough: slope distribution."),
     a("m", Number(Q::Number), Range::closed(0.0, 10.0), Optional, "Rough: rms slope (α for GGX); 0 is smooth."),
-    w("multiple-bounce", Choice(&["off", "renormalised"]), Default("off"), "Rough: power lost to masked facets stands in the ledger, or is given back by the white albedo of the same law."),
+    w("multiple-bounce", Choice(&["off", "renormalised", "walk"]), Default("off"), "Rough: power lost to masked facets stands in the ledger, is given back by the white albedo of the same law, or goes on from facet to facet (random walk; gaussian and exponential slopes)."),
     w("ratio", Choice(&["fresnel", "paper-amplitude"]), Default("fresnel"), "Reflected share: Fresnel power, or |r| in place of |r|² (the curve of the paper's figure 12)."),
     a("reflectance", Number(Q::Fraction), SHARE, Optional, "Reflected share at every wavelength and angle, instead of `ratio`."),
     w("reflectance-file", File, Optional, "CSV of wavelength (nm) and reflectance; with more columns, headed by incidence angles in degrees from 0 to 90."),
