@@ -12,10 +12,11 @@ use lightpro::math::DVec3;
 use lightpro::phase::Phase;
 use lightpro::rng::{Purpose, Stream};
 use lightpro::source::Source;
+use lightpro::universe::Overlap;
 use lightpro::universe::sheet::Slab;
 use lightpro::universe::statistical::amount::{Rule, Target, averages, coverage, densities};
 use lightpro::universe::statistical::kind::{Kind, Sizes};
-use lightpro::universe::statistical::lazy::{LazyUniverse, Memory, Overlap};
+use lightpro::universe::statistical::lazy::{LazyUniverse, Memory};
 use lightpro::universe::statistical::{Population, Rules, Rung, StatisticalUniverse};
 use lightpro::universe::{BodyId, MediumId, SurfaceId, Universe};
 

@@ -1,9 +1,13 @@
 //! `lightpro`: light in paper, from the command line.
 
 use clap::{Args, Parser, Subcommand};
-use lightpro::command::{self, Failure, RunArgs, SceneArgs};
+use lightpro::command::{self, Failure, ReplayArgs, RunArgs, SceneArgs, say};
+use lightpro::run::limits;
+use std::io::Write;
+use std::ops::Range;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::time::Duration;
 
 /// How light travels through paper: fibres, pores, fillers and coatings.
 #[derive(Parser)]
@@ -28,18 +32,52 @@ enum Command {
         /// Seed, instead of the scene's
         #[arg(long)]
         seed: Option<u64>,
-        /// Threads; the result does not depend on it [default: all]
-        #[arg(long, default_value_t = 0, hide_default_value = true)]
-        threads: usize,
+        /// Only the histories a (inclusive) to b (exclusive), whole batches of 4096; see merge
+        #[arg(long, value_name = "A..B", value_parser = range)]
+        histories_range: Option<Range<u64>>,
         /// Overwrite results that are there
         #[arg(long)]
         force: bool,
-        /// Print nothing but errors
-        #[arg(long, conflicts_with = "json")]
-        quiet: bool,
-        /// Print result.json
+        #[command(flatten)]
+        how: HowOptions,
+    },
+    /// Go on with a run that was stopped or killed; ends in the same bytes
+    Resume {
+        /// Its results folder
+        folder: PathBuf,
+        #[command(flatten)]
+        how: HowOptions,
+    },
+    /// Make one run of its shards (--histories-range); gives the same bytes
+    Merge {
+        /// Their results folders
+        #[arg(required = true)]
+        folders: Vec<PathBuf>,
+        /// Folder for the results [default: results/<name of the scene file>]
+        #[arg(short, long)]
+        out: Option<PathBuf>,
+        /// Overwrite results that are there
         #[arg(long)]
-        json: bool,
+        force: bool,
+        #[command(flatten)]
+        how: HowOptions,
+    },
+    /// Trace one history again and tell everything that happens to it
+    Replay {
+        #[command(flatten)]
+        scene: SceneOptions,
+        /// Number of the history, from 0
+        #[arg(long)]
+        history: u64,
+        /// Wavelength in nm [default: the first]
+        #[arg(long)]
+        wavelength: Option<f64>,
+        /// Seed, instead of the scene's
+        #[arg(long)]
+        seed: Option<u64>,
+        /// Folder for history-N.txt, .csv and .vtp [default: the results folder, if one is named]
+        #[arg(short, long)]
+        out: Option<PathBuf>,
     },
     /// Say what will be simulated, and why
     Plan {
@@ -85,9 +123,47 @@ enum Study {
     },
 }
 
+/// How a run is carried out: nothing here changes its result.
+#[derive(Args)]
+struct HowOptions {
+    /// Threads; the result does not depend on it [default: all]
+    #[arg(long, default_value_t = 0, hide_default_value = true)]
+    threads: usize,
+    /// Stop after this time (90s, 10m, 2h) with what is done by then
+    #[arg(long, value_name = "TIME", value_parser = limits::duration)]
+    max_time: Option<Duration>,
+    /// Refuse a run that needs more memory (500MB, 8GiB) [default: what is free]
+    #[arg(long, value_name = "SIZE", value_parser = limits::size)]
+    max_memory: Option<u64>,
+    /// Time between checkpoints [default: 1m, more where writing one takes long]
+    #[arg(long, value_name = "TIME", value_parser = limits::duration)]
+    checkpoint_every: Option<Duration>,
+    /// Print nothing but errors
+    #[arg(long, conflicts_with = "json")]
+    quiet: bool,
+    /// Print result.json
+    #[arg(long)]
+    json: bool,
+}
+
+impl HowOptions {
+    fn into_args(self) -> RunArgs {
+        RunArgs {
+            threads: self.threads,
+            max_time: self.max_time,
+            max_memory: self.max_memory,
+            checkpoint_every: self.checkpoint_every,
+            quiet: self.quiet,
+            json: self.json,
+            command_line: std::env::args().collect(),
+            ..RunArgs::default()
+        }
+    }
+}
+
 #[derive(Args)]
 struct SceneOptions {
-    /// Scene file
+    /// Scene file (replay: or the results folder of a run)
     scene: PathBuf,
     /// Value for a ${name} of the scene
     #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = define)]
@@ -121,29 +197,40 @@ fn histories(text: &str) -> Result<u64, String> {
     lightpro::units::count(text).map_err(|e| e.to_string())
 }
 
+fn range(text: &str) -> Result<Range<u64>, String> {
+    let (a, b) = text.split_once("..").ok_or("expected A..B, e.g. 0..40960")?;
+    Ok(histories(a)?..histories(b)?)
+}
+
 fn main() -> ExitCode {
     let ended = match Cli::parse().command {
-        Command::Run { scene, out, histories, seed, threads, force, quiet, json } => {
-            let command_line = std::env::args().collect();
-            let args = RunArgs { out, histories, seed, threads, force, quiet, json, command_line };
+        Command::Run { scene, out, histories, seed, histories_range: range, force, how } => {
+            let args = RunArgs { out, histories, seed, range, force, ..how.into_args() };
             command::run(&scene.into_args(), &args)
         }
-        Command::Plan { scene } => command::plan(&scene.into_args()).map(|t| print!("{t}")),
-        Command::Check { scene } => command::check(&scene.into_args()).map(|t| println!("{t}")),
-        Command::Study { what: Study::Effects { scene, histories } } => {
-            command::study_effects(&scene.into_args(), histories).map(|t| print!("{t}"))
+        Command::Resume { folder, how } => command::resume(&folder, &how.into_args()),
+        Command::Merge { folders, out, force, how } => {
+            command::merge(&folders, &RunArgs { out, force, ..how.into_args() })
         }
-        Command::Materials { filter, from } => command::materials(&from, &filter).map(|t| print!("{t}")),
+        Command::Replay { scene, history, wavelength, seed, out } => {
+            command::replay(&scene.into_args(), &ReplayArgs { history, wavelength, seed, out })
+        }
+        Command::Plan { scene } => command::plan(&scene.into_args()).and_then(|t| say(&t)),
+        Command::Check { scene } => command::check(&scene.into_args()).and_then(|t| say(&t)),
+        Command::Study { what: Study::Effects { scene, histories } } => {
+            command::study_effects(&scene.into_args(), histories).and_then(|t| say(&t))
+        }
+        Command::Materials { filter, from } => command::materials(&from, &filter).and_then(|t| say(&t)),
         Command::Schema { markdown } => {
             use lightpro::scene::table;
-            print!("{}", if markdown { table::markdown() } else { table::xsd() });
-            Ok(())
+            say(&if markdown { table::markdown() } else { table::xsd() })
         }
     };
     match ended {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
-            eprintln!("{failure}");
+            // Nobody may be listening: the exit code says it too.
+            let _ = writeln!(std::io::stderr(), "{failure}");
             report_code(&failure)
         }
     }

@@ -10,7 +10,7 @@ pub mod frame;
 pub mod quadratic;
 
 pub use frame::{Frame, orthonormal};
-pub use glam::DVec3;
+pub use glam::{DVec2, DVec3};
 pub use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
 
 /// Natural logarithm.

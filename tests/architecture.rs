@@ -11,6 +11,8 @@ const APART: &[(&str, &[&str], &str)] = &[
     ("universe", &["lpm"], "a universe knows nothing of light"),
     ("lpm", &["universe", "statistical"], "light is the same in every universe"),
     ("lpm", &["universe", "synthetic"], "light is the same in every universe"),
+    ("lpm", &["universe", "mixture"], "light is the same in every universe"),
+    ("lpm", &["universe", "voxel"], "light is the same in every universe"),
     ("lpm", &["universe", "any"], "light is the same in every universe"),
 ];
 
@@ -151,6 +153,7 @@ fn planted_violations_are_noticed() {
     assert_eq!(count("src/universe/voxel/mod.rs", "use crate::{math, microfacet};"), 1);
     assert_eq!(count("src/lpm/history.rs", "use crate::universe::{Face, statistical::Place};"), 1);
     assert_eq!(count("src/lpm/history.rs", "type U = crate::universe::any::AnyUniverse;"), 1);
+    assert_eq!(count("src/lpm/split.rs", "use crate::universe::{mixture, voxel::Place};"), 2);
     // What is allowed.
     assert_eq!(count("src/lpm/history.rs", "use crate::universe::{Face, Universe};\nuse super::split;"), 0);
     assert_eq!(count("src/universe/mod.rs", "//! [`crate::lpm`]\nlet phase = 1; // crate::lpm"), 0);

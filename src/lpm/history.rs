@@ -79,6 +79,8 @@ pub trait Scorer<const N: usize> {
     }
     /// Power leaves the top of a pile after having been below the first sheet.
     fn leaves_pile<P>(&mut self, _path: &Path<P, N>) {}
+    /// The universe has no answer where the path stands.
+    fn lost<P>(&mut self, _path: &Path<P, N>) {}
 }
 
 /// Scratch of one worker, reused from history to history: nothing is allocated once warm.
@@ -209,6 +211,7 @@ fn stay<U: Universe, S: Scorer<N>, const N: usize>(
             }
             Next::Lost => {
                 add(&mut h.ledger.lost, &path.power);
+                tally.lost(path);
                 return false;
             }
         }

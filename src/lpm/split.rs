@@ -41,6 +41,7 @@ impl Split {
             Next::Edge { distance, .. } => distance,
             Next::Limit | Next::Lost => {
                 add(&mut h.ledger.lost, &path.power);
+                tally.lost(path);
                 return false;
             }
         };

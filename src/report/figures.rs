@@ -183,7 +183,7 @@ fn pile_replicas(outcome: &Outcome, levels: usize) -> Vec<(u64, Vec<f64>)> {
 /// Brightness, opacity, s and k, colour and whiteness; R0 and R∞ at each wavelength.
 fn paper_figures(scene: &Scene, outcome: &Outcome) -> Vec<Figure> {
     let Some(optics) = &scene.optics else { return Vec::new() };
-    if !outcome.complete {
+    if outcome.groups.is_empty() {
         return Vec::new();
     }
     let wavelengths: Vec<f64> = outcome.wavelengths().map(|w| w.0).collect();

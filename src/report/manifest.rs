@@ -1,6 +1,7 @@
 //! `manifest.json`: all that is needed to repeat a run, and what the run cost.
 
 use super::result::{EffectUsed, Ordered};
+use crate::run::Health;
 use serde::{Deserialize, Serialize};
 
 /// The machine.
@@ -69,6 +70,9 @@ pub struct Manifest {
     pub effects: Ordered<EffectUsed>,
     /// The machine.
     pub host: Host,
+    /// Counters of lost and capped histories, with their numbers for `lightpro replay`.
+    #[serde(default)]
+    pub health: Health,
     /// Threads that ran histories (the result does not depend on it).
     pub threads: u64,
     /// Processor time in s, over all threads.
@@ -102,6 +106,7 @@ mod tests {
             seed: u64::MAX,
             effects: Ordered(vec![("dispersion".into(), EffectUsed { on: true, why: "line 4".into() })]),
             host: Host::here(),
+            health: Health::default(),
             threads: 2,
             cpu_seconds: 1.5,
             wall_seconds: 0.8,

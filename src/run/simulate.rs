@@ -1,7 +1,12 @@
 //! Runs a scene: every wavelength group through its universe, results side by side.
 
-use super::{Histories, run_group};
-use crate::lpm::{LANES, World};
+use super::batch::{Batches, Traced};
+use super::replay::Trail;
+use super::sums::{Sums, Troubled};
+use super::workers::{Fault, Watch, work};
+use super::{BATCH, Histories};
+use crate::lpm::split::Split;
+use crate::lpm::{Full, History, LANES, Light, World};
 use crate::math::cos;
 use crate::sap::Healpix;
 use crate::scene::effects::Kind;
@@ -12,6 +17,9 @@ use crate::tally::layout::Depth;
 use crate::tally::{Cell, Layout, Node, View};
 use crate::universe::Universe;
 use crate::universe::any::AnyUniverse;
+use std::fmt;
+use std::ops::Range;
+use std::sync::atomic::AtomicU64;
 
 /// Results of one wavelength group.
 #[derive(Clone, Debug)]
@@ -24,6 +32,8 @@ pub struct GroupResult {
     pub layout: Layout,
     /// Lane of the light that excites, where events change the wavelength.
     pub excited: Option<usize>,
+    /// The first histories that went wrong.
+    pub troubled: Vec<Troubled>,
 }
 
 impl GroupResult {
@@ -36,7 +46,8 @@ impl GroupResult {
 /// Results of a run.
 #[derive(Clone, Debug)]
 pub struct Outcome {
-    /// One per wavelength group, in the plan's order.
+    /// One per wavelength group, in the plan's order; all with the same number of histories. Empty if not
+    /// one batch of each was finished.
     pub groups: Vec<GroupResult>,
     /// Histories per group that were asked for.
     pub histories: u64,
@@ -69,6 +80,11 @@ impl Outcome {
     pub fn events(&self) -> u64 {
         self.groups.iter().map(|g| g.node.events).sum()
     }
+
+    /// Histories run, over all groups.
+    pub fn done(&self) -> u64 {
+        self.groups.iter().map(|g| g.node.histories).sum()
+    }
 }
 
 /// How far a run is.
@@ -78,89 +94,229 @@ pub struct Progress {
     pub done: u64,
     /// Histories asked for, over all groups.
     pub total: u64,
-    /// Reflected share so far of the group under way (its first wavelength), with standard error.
+    /// Reflected share so far at the first wavelength, with standard error.
     pub reflectance: (f64, f64),
+}
+
+/// Why a run has no result.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Trouble {
+    /// The scene: missing constants, SAPs that cannot be made.
+    Input(String),
+    /// The program.
+    Fault(Fault),
+}
+
+impl fmt::Display for Trouble {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Trouble::Input(text) => f.write_str(text),
+            Trouble::Fault(fault) => fault.fmt(f),
+        }
+    }
+}
+
+/// A wavelength group made ready: what its batches need, owned.
+struct Ready<'a, U: Universe, const N: usize> {
+    scene: &'a Scene,
+    plan: &'a Plan,
+    universe: &'a U,
+    light: Light<N>,
+    split: Option<Split>,
+    full: Option<Full<N>>,
+    layout: Layout,
+    histories: Histories,
+}
+
+/// What a run asks of a group, whatever its universe and lanes.
+pub(super) trait Group: Batches {
+    fn layout(&self) -> &Layout;
+    /// Traces the history `number` and tells everything that happens to it.
+    fn replay(&self, number: u64, trail: &mut Trail);
+}
+
+impl<U: Universe, const N: usize> Ready<'_, U, N> {
+    fn traced<T>(&self, what: impl FnOnce(&Traced<U, N>) -> T) -> T {
+        let world = World {
+            universe: self.universe,
+            light: &self.light,
+            roulette: self.scene.run.roulette,
+            event_cap: self.scene.run.event_cap,
+            split: self.split.as_ref(),
+            pile: self.layout.pile,
+            top: self.plan.top,
+            bottom: self.plan.bottom,
+            backing: backing(self.scene),
+            analog: !self.scene.run.implicit_capture,
+            full: self.full.as_ref(),
+        };
+        what(&Traced {
+            world: &world,
+            source: &self.plan.source,
+            layout: &self.layout,
+            histories: self.histories,
+        })
+    }
+}
+
+impl<U: Universe, const N: usize> Batches for Ready<'_, U, N> {
+    fn batch(&self, index: u64, now: &AtomicU64) -> Sums {
+        self.traced(|t| t.batch(index, now))
+    }
+}
+
+impl<U: Universe, const N: usize> Group for Ready<'_, U, N> {
+    fn layout(&self) -> &Layout {
+        &self.layout
+    }
+
+    fn replay(&self, number: u64, trail: &mut Trail) {
+        self.traced(|t| {
+            let mut h: History<U, N> = History::default();
+            // Histories before it in the same realisation have met some of its bodies.
+            for number in number - number % self.layout.shared..=number {
+                trail.begin();
+                t.history(number, &mut h, trail);
+            }
+            trail.end(&h.ledger, h.events);
+        });
+    }
+}
+
+/// Makes every wavelength group of a plan ready.
+pub(super) fn groups<'a>(scene: &'a Scene, plan: &'a Plan) -> Result<Vec<Box<dyn Group + 'a>>, String> {
+    let ready = |(group, wavelengths): (usize, &Vec<f64>)| {
+        let (w, g) = (wavelengths.as_slice(), group as u64);
+        match &plan.universe {
+            AnyUniverse::Statistical(u) => lanes(scene, plan, u, w, g),
+            AnyUniverse::Lazy(u) => lanes(scene, plan, u, w, g),
+            AnyUniverse::Mixture(u) => lanes(scene, plan, u, w, g),
+            AnyUniverse::Synthetic(u) => lanes(scene, plan, u, w, g),
+            AnyUniverse::Voxel(u) => lanes(scene, plan, u, w, g),
+        }
+    };
+    plan.groups.iter().enumerate().map(ready).collect()
+}
+
+fn lanes<'a, U: Universe>(
+    scene: &'a Scene,
+    plan: &'a Plan,
+    universe: &'a U,
+    wavelengths: &[f64],
+    group: u64,
+) -> Result<Box<dyn Group + 'a>, String> {
+    Ok(if wavelengths.len() == 1 && !plan.full {
+        Box::new(one::<U, 1>(scene, plan, universe, wavelengths, group)?)
+    } else {
+        Box::new(one::<U, LANES>(scene, plan, universe, wavelengths, group)?)
+    })
+}
+
+fn one<'a, U: Universe, const N: usize>(
+    scene: &'a Scene,
+    plan: &'a Plan,
+    universe: &'a U,
+    wavelengths: &[f64],
+    group: u64,
+) -> Result<Ready<'a, U, N>, String> {
+    let light = optics::light::<N>(scene, &plan.media, wavelengths)?;
+    let split = match scene.run.branching {
+        Branching::Split { nside, floor } => Some(optics::split(&light, nside, floor)?),
+        Branching::Sample => None,
+    };
+    let full = plan.full.then(|| full::full(scene, plan, wavelengths, group as usize)).transpose()?;
+    let layout = layout(scene, plan, wavelengths.len())?;
+    let histories = Histories { seed: scene.run.seed, group, count: scene.run.histories };
+    Ok(Ready { scene, plan, universe, light, split, full, layout, histories })
+}
+
+/// Sums of a run so far, a fold per wavelength group.
+pub type State = Vec<Fold<Sums>>;
+
+/// The state of a run of the histories from `first` on (a multiple of [`BATCH`]), before its first batch.
+pub fn fresh(plan: &Plan, first: u64) -> State {
+    plan.groups.iter().map(|_| Fold::starting_at(first / BATCH)).collect()
 }
 
 /// Runs all histories of a scene on rayon's current threads.
 ///
 /// # Errors
-/// Optical constants that are missing at a wavelength, SAPs that cannot be made.
+/// Optical constants that are missing at a wavelength, SAPs that cannot be made; a worker that panics.
 pub fn simulate(
     scene: &Scene,
     plan: &Plan,
-    mut progress: impl FnMut(Progress) -> bool,
-) -> Result<Outcome, String> {
-    let mut groups = Vec::new();
-    let total = scene.run.histories * plan.groups.len() as u64;
-    let mut complete = true;
-    for (index, wavelengths) in plan.groups.iter().enumerate() {
-        let before = scene.run.histories * index as u64;
-        let mut tell = |fold: &Fold<Node>, done: u64, layout: &Layout| {
-            let now = fold.peek().map_or((0.0, f64::NAN), |n| {
-                let m = n.moments(layout.of(Cell::Reflected), 0, layout.lanes);
-                (m.mean(), m.standard_error())
-            });
-            progress(Progress { done: before + done, total, reflectance: now })
-        };
-        let group = index as u64;
-        let lanes = if plan.full { LANES } else { wavelengths.len() };
-        let result = match (&plan.universe, lanes) {
-            (AnyUniverse::Statistical(u), 1) => one::<_, 1>(scene, plan, u, wavelengths, group, &mut tell),
-            (AnyUniverse::Statistical(u), _) => {
-                one::<_, LANES>(scene, plan, u, wavelengths, group, &mut tell)
-            }
-            (AnyUniverse::Lazy(u), 1) => one::<_, 1>(scene, plan, u, wavelengths, group, &mut tell),
-            (AnyUniverse::Lazy(u), _) => one::<_, LANES>(scene, plan, u, wavelengths, group, &mut tell),
-            (AnyUniverse::Mixture(u), 1) => one::<_, 1>(scene, plan, u, wavelengths, group, &mut tell),
-            (AnyUniverse::Mixture(u), _) => one::<_, LANES>(scene, plan, u, wavelengths, group, &mut tell),
-            (AnyUniverse::Synthetic(u), 1) => one::<_, 1>(scene, plan, u, wavelengths, group, &mut tell),
-            (AnyUniverse::Synthetic(u), _) => one::<_, LANES>(scene, plan, u, wavelengths, group, &mut tell),
-            (AnyUniverse::Voxel(u), 1) => one::<_, 1>(scene, plan, u, wavelengths, group, &mut tell),
-            (AnyUniverse::Voxel(u), _) => one::<_, LANES>(scene, plan, u, wavelengths, group, &mut tell),
-        }?;
-        complete &= result.node.histories == scene.run.histories;
-        groups.push(result);
-        if !complete {
-            break;
-        }
-    }
-    Ok(Outcome { groups, histories: scene.run.histories, complete })
+    mut progress: impl FnMut(Progress) -> bool + Send,
+) -> Result<Outcome, Trouble> {
+    let mut state = fresh(plan, 0);
+    let all = 0..scene.run.histories;
+    let mut round = |s: &[Fold<Sums>]| progress(Progress::of(s, &all, scene.run.histories));
+    let watch = Watch { stop: &|| false, round: &mut round };
+    advance(scene, plan, &mut state, all.clone(), watch)?;
+    outcome(scene, plan, state, all).map_err(Trouble::Input)
 }
 
-/// One group in one universe.
-fn one<U: Universe, const N: usize>(
+/// Runs what is missing in `state` of the histories `range`, until the watch stops it.
+///
+/// # Errors
+/// As [`simulate`]; a state that does not belong to the scene.
+pub fn advance(
     scene: &Scene,
     plan: &Plan,
-    universe: &U,
-    wavelengths: &[f64],
-    group: u64,
-    tell: &mut impl FnMut(&Fold<Node>, u64, &Layout) -> bool,
-) -> Result<GroupResult, String> {
-    let light = optics::light::<N>(scene, &plan.media, wavelengths)?;
-    let layout = layout(scene, plan, wavelengths.len())?;
-    let full = plan.full.then(|| full::full(scene, plan, wavelengths, group as usize)).transpose()?;
-    let split = match scene.run.branching {
-        Branching::Split { nside, floor } => Some(optics::split(&light, nside, floor)?),
-        Branching::Sample => None,
-    };
-    let world = World {
-        universe,
-        light: &light,
-        roulette: scene.run.roulette,
-        event_cap: scene.run.event_cap,
-        split: split.as_ref(),
-        pile: layout.pile,
-        top: plan.top,
-        bottom: plan.bottom,
-        backing: backing(scene),
-        analog: !scene.run.implicit_capture,
-        full: full.as_ref(),
-    };
-    let histories = Histories { seed: scene.run.seed, group, count: scene.run.histories };
-    let node = run_group(&world, &plan.source, &layout, histories, |fold, done| tell(fold, done, &layout));
-    let excited = plan.converts.then_some(group as usize);
-    Ok(GroupResult { wavelengths: wavelengths.to_vec(), node, layout, excited })
+    state: &mut State,
+    range: Range<u64>,
+    watch: Watch<'_>,
+) -> Result<(), Trouble> {
+    let groups = groups(scene, plan).map_err(Trouble::Input)?;
+    let fits = groups.len() == state.len()
+        && state.iter().all(|f| f.next() == state[0].next())
+        && groups.iter().zip(state.iter()).all(|(g, f)| fits(g.layout(), f));
+    if !fits {
+        return Err(Trouble::Input("the stored sums do not belong to this scene".to_owned()));
+    }
+    let batches: Vec<&dyn Batches> = groups.iter().map(|g| -> &dyn Batches { &**g }).collect();
+    work(&batches, state, range.end.div_ceil(BATCH), watch).map_err(Trouble::Fault)
+}
+
+fn fits(layout: &Layout, fold: &Fold<Sums>) -> bool {
+    let n = layout.cells() * layout.lanes;
+    fold.nodes().iter().map(|node| &node.value.node).all(|node| {
+        node.sums.len() == n
+            && node.single.len() == layout.lanes
+            && node.replicas.values().all(|(_, sums)| sums.len() == n)
+    })
+}
+
+/// The results of a state of a run over `range`.
+///
+/// # Errors
+/// Detectors that cannot be made.
+pub fn outcome(scene: &Scene, plan: &Plan, state: State, range: Range<u64>) -> Result<Outcome, String> {
+    let complete = state.iter().all(|f| f.next() == range.end.div_ceil(BATCH));
+    let mut groups = Vec::new();
+    for (fold, wavelengths) in state.into_iter().zip(&plan.groups) {
+        let layout = layout(scene, plan, wavelengths.len())?;
+        if let Some(Sums { node, troubled }) = fold.finish() {
+            let excited = plan.converts.then_some(groups.len());
+            groups.push(GroupResult { wavelengths: wavelengths.clone(), node, layout, excited, troubled });
+        }
+    }
+    Ok(Outcome { groups, histories: range.end - range.start, complete })
+}
+
+impl Progress {
+    /// Progress of a state on its way through `range`, of a run of `histories`.
+    pub fn of(state: &[Fold<Sums>], range: &Range<u64>, histories: u64) -> Progress {
+        let groups = state.len() as u64;
+        let done = state.first().map_or(0, |f| (f.next() * BATCH).min(histories) - range.start);
+        let mut reflected = Moments::default();
+        for node in state.iter().take(1).flat_map(Fold::nodes).map(|n| &n.value.node) {
+            // The reflected cell is the first one, its first lane the first wavelength.
+            let sums = node.sums.get(Cell::Reflected as usize).copied().unwrap_or_default();
+            reflected.merge(&Moments::from_sums(node.samples, sums));
+        }
+        let reflectance = (reflected.mean(), reflected.standard_error());
+        Progress { done: done * groups, total: (range.end - range.start) * groups, reflectance }
+    }
 }
 
 fn backing(scene: &Scene) -> Option<f64> {
@@ -172,7 +328,7 @@ fn backing(scene: &Scene) -> Option<f64> {
 }
 
 /// The cells that the scene's detectors and figures need.
-fn layout(scene: &Scene, plan: &Plan, lanes: usize) -> Result<Layout, String> {
+pub(super) fn layout(scene: &Scene, plan: &Plan, lanes: usize) -> Result<Layout, String> {
     let view = scene.optics.as_ref().map(|o| match o.geometry {
         OpticsGeometry::Total => View::All,
         OpticsGeometry::DiffuseNormal => View::Cone { cos: cos(o.view) },

@@ -37,6 +37,15 @@ pub struct Override {
     pub reason: String,
     /// What in the scene had called for it.
     pub called: Vec<String>,
+    /// Decided on the command line, not in the scene.
+    pub flag: bool,
+}
+
+impl std::fmt::Display for Override {
+    /// As on the command line.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}={}:{}", self.kind.id(), if self.on { "on" } else { "off" }, self.reason)
+    }
 }
 
 impl Override {
@@ -59,7 +68,7 @@ impl Override {
         if reason.trim().is_empty() {
             return Err(format!("an override needs its reason: {name}={state}:REASON"));
         }
-        Ok(Override { kind, on, reason: reason.trim().to_owned(), called: Vec::new() })
+        Ok(Override { kind, on, reason: reason.trim().to_owned(), called: Vec::new(), flag: true })
     }
 }
 

@@ -9,7 +9,7 @@ use crate::phase::Phase;
 use crate::phase::polarised::Stokes;
 use crate::spectrum::Spectrum;
 use crate::universe::voxel::{self, Volume};
-use crate::universe::{MediumId, SurfaceId};
+use crate::universe::{MediumId, Overlap, SurfaceId};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -251,17 +251,6 @@ pub enum Rate {
     Matched,
     /// Keeps surface.
     Boolean,
-}
-
-/// Overlap rule: how amounts turn into densities.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Overlap {
-    /// A point is solid if any wall covers it.
-    Union,
-    /// The highest mark rules, wall or lumen.
-    Priority,
-    /// Bodies do not overlap (an approximation of hard packing).
-    Forbid,
 }
 
 /// What happens at the faces of a sheet of bodies.

@@ -8,6 +8,7 @@ use super::{mixture, statistical, synthetic, voxel};
 use crate::lpm::LANES;
 use crate::math::DVec3;
 use crate::source::Source;
+use crate::universe::Overlap;
 use crate::universe::any::AnyUniverse;
 use std::fmt;
 
@@ -303,7 +304,7 @@ fn remarks(scene: &Scene, layers: &[LayerReport]) -> Vec<String> {
                 .to_owned(),
         );
     }
-    if sheet.overlap == model::Overlap::Forbid {
+    if sheet.overlap == Overlap::Forbid {
         out.push(
             "warning: overlap forbid is an approximation of hard packing: bodies that would cut a known \
              one are refused, and somewhat less than the nominal amount stands in the sheet"
@@ -340,7 +341,7 @@ fn rung(sheet: &model::StatisticalSheet) -> String {
             "memory {k}: the last {k} flights and the bodies on them; between none and full, and the mean path \
              2H of a lossless sheet is missed by up to 4 %"
         ),
-        Memory::Full if sheet.overlap == model::Overlap::Forbid => {
+        Memory::Full if sheet.overlap == Overlap::Forbid => {
             "memory full: everything met is remembered, and new bodies keep clear of it".to_owned()
         }
         Memory::Full => {
@@ -366,14 +367,19 @@ impl fmt::Display for Plan {
             writeln!(f, "layer {} of bodies (rate {:?})", i + 1, layer.rate)?;
             writeln!(
                 f,
-                "  porosity {:.3}, mean free path in the pores across the sheet {:.2} um",
-                layer.porosity, layer.free_path_vertical
+                "  porosity {:.3} with lumens, S_V {:.4} /um, mean chord of pores and lumens {:.2} um, mean free path \
+                 in the pores across the sheet {:.2} um",
+                layer.porosity,
+                layer.surface(),
+                4.0 * layer.porosity / layer.surface(),
+                layer.free_path_vertical
             )?;
             for c in &layer.components {
                 writeln!(
                     f,
-                    "  {:<24} {:6.2} g/m2 realised, solid {:.4}, body {:.4}, surface {:.4} /um, density {:.4e}",
-                    c.name, c.grammage, c.solid, c.body, c.surface, c.density
+                    "  {:<24} {:6.2} g/m2 realised, {:.2} before overlaps, solid {:.4}, body {:.4}, surface {:.4} /um, \
+                     density {:.4e}",
+                    c.name, c.grammage, c.nominal, c.solid, c.body, c.surface, c.density
                 )?;
                 if let Some(coarseness) = c.coarseness {
                     writeln!(

@@ -1,31 +1,38 @@
 //! From the checked scene to a statistical universe: amounts become densities.
 
 use super::media::Media;
-use super::model::{self, Amount, Edges, Layer, Memory, Overlap, Rate, Shape, StartIn, StatisticalSheet};
+use super::model::{self, Amount, Edges, Layer, Memory, Rate, Shape, StartIn, StatisticalSheet};
 use crate::law::SizeLaw;
 use crate::universe::any::AnyUniverse;
 use crate::universe::sheet::Slab;
 use crate::universe::statistical::amount::{
-    AmountError, Coverage, Rule, Target, averages, coverage, densities,
+    AmountError, Coverage, Rule, Target, averages, coverage, densities, nominal, surfaces,
 };
 use crate::universe::statistical::grace::Grace;
 use crate::universe::statistical::kind::{Kind, Sizes};
-use crate::universe::statistical::lazy::{self, LazyUniverse};
+use crate::universe::statistical::lazy::LazyUniverse;
 use crate::universe::statistical::profile::Profile;
 use crate::universe::statistical::{Population, Rules, Rung, StatisticalUniverse};
-use crate::universe::{BodyId, MediumId, SurfaceId};
+use crate::universe::{BodyId, MediumId, Overlap, SurfaceId};
 
 /// What a layer of bodies came to, for `plan`.
 #[derive(Clone, Debug)]
 pub struct LayerReport {
     /// Per component.
     pub components: Vec<ComponentReport>,
-    /// Share of the layer that is pore (lumens not counted).
+    /// Share of the layer that is not solid: pores and lumens.
     pub porosity: f64,
     /// Mean free path in the pores for vertical light at mid-depth, µm (its inverse is the rate Σ).
     pub free_path_vertical: f64,
     /// The rate counts bodies as overlapping (`boolean`) or as apart (`matched`).
     pub rate: Rate,
+}
+
+impl LayerReport {
+    /// S_V: surface between solid and pore, lumens included, over layer volume, 1/µm.
+    pub fn surface(&self) -> f64 {
+        self.components.iter().map(|c| c.surface).sum()
+    }
 }
 
 /// What a component came to.
@@ -41,7 +48,9 @@ pub struct ComponentReport {
     pub grammage: f64,
     /// Density of bodies that the rate uses: 1/µm² (fibres) or 1/µm³.
     pub density: f64,
-    /// Outer surface over layer volume before overlaps, 1/µm.
+    /// Grammage before overlaps: what the fibres weighed that were laid, g/m².
+    pub nominal: f64,
+    /// Surface between solid and pore, lumens included, over layer volume, 1/µm.
     pub surface: f64,
     /// Mean solid area of a section (fibres, µm²) or volume (µm³).
     pub solid_content: f64,
@@ -81,12 +90,7 @@ pub fn build(
     };
     let universe = StatisticalUniverse::new(populations, rules);
     let top = universe.thickness();
-    let overlap = match sheet.overlap {
-        Overlap::Union => lazy::Overlap::Union,
-        Overlap::Priority => lazy::Overlap::Priority,
-        Overlap::Forbid => lazy::Overlap::Forbid,
-    };
-    let remembered = |last| AnyUniverse::Lazy(LazyUniverse::new(universe.clone(), overlap, last));
+    let remembered = |last| AnyUniverse::Lazy(LazyUniverse::new(universe.clone(), sheet.overlap, last));
     let made = match sheet.memory {
         Memory::Full => remembered(None),
         Memory::Last(k) => remembered(Some(k)),
@@ -152,10 +156,10 @@ fn populate(
         && let Some(parts) = matched_parts(layer, &shares, scene)
     {
         let pore = media.average(&format!("layer at {:.1} µm", slab.bottom), parts);
-        let report = report(layer, &kinds, &cover, &density, &shares, rate);
+        let report = report(layer, &kinds, &cover, (rule, &density), &shares, rate);
         return Ok((Population::plain(Slab { pore, ..slab }), Some(report)));
     }
-    let report = report(layer, &kinds, &cover, &density, &shares, rate);
+    let report = report(layer, &kinds, &cover, (rule, &density), &shares, rate);
     let grace = layer.grace.as_ref().map(|g| Grace::new(free_path(&g.free_path), g.types.clone(), g.contact));
     let population = Population {
         slab,
@@ -244,23 +248,26 @@ fn report(
     layer: &Layer,
     kinds: &[Kind],
     cover: &[Coverage],
-    density: &[f64],
+    (rule, density): (Rule, &[f64]),
     shares: &[(f64, f64)],
     rate: Rate,
 ) -> LayerReport {
     let mid = cover.first().map_or(0, |c| c.out.len() / 2);
+    let (laid, surfaces) = (nominal(rule, density, cover), surfaces(rule, density, cover));
     let components: Vec<ComponentReport> = layer
         .components
         .iter()
         .zip(cover)
+        .zip(laid.iter().zip(&surfaces))
         .zip(density.iter().zip(shares))
-        .map(|((c, cover), (nu, (solid, body)))| ComponentReport {
+        .map(|(((c, cover), (laid, surface)), (nu, (solid, body)))| ComponentReport {
             name: c.name.clone(),
             solid: *solid,
             body: *body,
             grammage: solid * layer.thickness * c.density * 1e-3,
             density: *nu,
-            surface: nu * cover.surface,
+            nominal: laid * layer.thickness * c.density * 1e-3,
+            surface: *surface,
             solid_content: cover.solid,
             // kg/m³ · µm² = 1e-12 kg/m = 1e-6 mg/m.
             coarseness: matches!(c.shape, Shape::Fibre { .. }).then_some(c.density * cover.solid * 1e-6),

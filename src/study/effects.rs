@@ -81,7 +81,7 @@ fn run(scene: &Scene) -> Result<Timed, String> {
     let mut best: Option<Timed> = None;
     for _ in 0..3 {
         let started = Instant::now();
-        let outcome = pool.install(|| simulate(scene, &plan, |_| true))?;
+        let outcome = pool.install(|| simulate(scene, &plan, |_| true)).map_err(|e| e.to_string())?;
         let seconds = started.elapsed().as_secs_f64();
         if best.as_ref().is_none_or(|b| seconds < b.seconds) {
             best = Some(Timed { outcome, seconds });
@@ -139,7 +139,7 @@ fn toggled(scene: &Scene, kind: Kind, on: bool) -> Result<Scene, String> {
         return Err("already overridden in the scene".to_owned());
     }
     let reason = "study of effects".to_owned();
-    apply(&mut other, vec![Override { kind, on, reason, called: Vec::new() }])?;
+    apply(&mut other, vec![Override { kind, on, reason, called: Vec::new(), flag: true }])?;
     Ok(other)
 }
 

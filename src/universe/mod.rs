@@ -53,6 +53,28 @@ impl Ray {
     }
 }
 
+/// What holds where bodies overlap. Marks are random numbers of bodies, or given priorities.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Overlap {
+    /// A point is solid if any wall covers it; of different solids the highest mark rules.
+    Union,
+    /// The body of the highest mark rules, wall or lumen.
+    Priority,
+    /// Bodies do not overlap. In the statistical universe an approximation of hard packing: a body is
+    /// refused if it cuts one already known. Explicit bodies are taken as apart; where they are not, as
+    /// `Priority`.
+    Forbid,
+}
+
+/// The unit normal against the ray. Where rounding (or smoothing) leaves a normal on the wrong side, it
+/// is turned to the right one by as little as keeps it there: twice its fault, at least the rounding of a
+/// dot product, 4 ε.
+#[inline]
+fn against(dir: DVec3, normal: DVec3) -> DVec3 {
+    let cos = normal.dot(dir);
+    if cos >= 0.0 { (normal - dir * (cos + cos.max(4.0 * f64::EPSILON))).normalize() } else { normal }
+}
+
 /// Outer faces of a sheet, or the far away of an unbounded scene (by the sign of the direction's z).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Face {

@@ -3,11 +3,14 @@
 use crate::transport::*;
 use crate::{down, straight, stream};
 use lightpro::law::{Azimuth, Roll, SizeLaw, Tilt};
+use lightpro::lpm::Medium;
 use lightpro::math::{DVec3, PI};
 use lightpro::rng::Stream;
-use lightpro::universe::statistical::amount::{Rule, Target, averages, coverage, densities};
+use lightpro::source::Source;
+use lightpro::universe::statistical::amount::{Rule, Target, averages, coverage, densities, surfaces};
 use lightpro::universe::statistical::kind::{Kind, Sizes};
-use lightpro::universe::{BodyId, Ray, SurfaceId};
+use lightpro::universe::statistical::lazy::LazyUniverse;
+use lightpro::universe::{BodyId, Overlap, Ray, SurfaceId};
 use rayon::prelude::*;
 
 const HEIGHT: f64 = 8.0;
@@ -209,6 +212,35 @@ fn apart_keeps_the_mass_along_rays() {
                     }
                 }
             }
+        }
+    }
+}
+
+/// The surface that `plan` states is what straight rays cross: vertical rays through round in-plane tubes meet
+/// (2/π) S_V H interfaces, after overlaps by either rule.
+#[test]
+fn surface_is_what_rays_cross() {
+    let clear = light(Medium::<1>::clear(1.0), None);
+    for (rule, overlap) in [(Rule::Union, Overlap::Union), (Rule::Priority, Overlap::Priority)] {
+        for (wall, share) in [(None, 0.5), (Some(0.27), 0.5), (Some(0.1), 0.8)] {
+            let sheet = Sheet {
+                rule,
+                start_in_bodies: true,
+                ..Sheet::fibres(1.0, wall, Target::Body(share), HEIGHT)
+            };
+            let universe = LazyUniverse::new(sheet.build(), overlap, None);
+            let population = &universe.sheet().layers()[0];
+            let cover = [coverage(&population.kinds[0], HEIGHT, false)];
+            let want = surfaces(rule, &population.density, &cover)[0] * 2.0 / PI * HEIGHT;
+            let source = Source::collimated(0.0, 0.0, DVec3::new(0.0, 0.0, HEIGHT), 0.0);
+            let (got, se) = run(&universe, &clear, &source, HEIGHT, 200_000).interfaces();
+            println!(
+                "{rule:?}, wall {wall:?}, share {share}: {got:.4} ± {se:.4} interfaces, S_V says {want:.4}"
+            );
+            assert!((got - want).abs() < 4.0 * se && se < 0.004 * want, "{got} ± {se}, {want}");
+            // It bites: the surface before overlaps is crossed by far more.
+            let before = population.density[0] * (cover[0].surface + cover[0].inner) * 2.0 / PI * HEIGHT;
+            assert!(before > 1.2 * want);
         }
     }
 }

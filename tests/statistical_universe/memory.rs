@@ -10,9 +10,10 @@ use lightpro::math::{DVec3, PI};
 use lightpro::phase::Phase;
 use lightpro::rng::{Purpose, Stream};
 use lightpro::stats::Moments;
+use lightpro::universe::Overlap;
 use lightpro::universe::statistical::amount::{Rule, Target, averages, coverage};
 use lightpro::universe::statistical::kind::{Kind, Sizes};
-use lightpro::universe::statistical::lazy::{Exactness, LazyUniverse, Overlap};
+use lightpro::universe::statistical::lazy::{Exactness, LazyUniverse};
 use lightpro::universe::statistical::profile::Profile;
 use lightpro::universe::statistical::{Population, StatisticalUniverse};
 use lightpro::universe::{BodyId, Next, Ray, SurfaceId, Universe};
@@ -99,11 +100,16 @@ fault!(StartBySine, START_WEIGHTED = true);
 
 /// Largest deviation from the exact rules over R, wall path, air path and interfaces, in standard errors,
 /// and that of R alone.
-fn seen<E: Exactness>(sheet: &Sheet, source: &lightpro::source::Source, count: u64) -> (f64, f64) {
-    let exact = run(&sheet.remembered(None), &glass(), source, sheet.height, count);
+fn seen<E: Exactness>(
+    sheet: &Sheet,
+    light: &Light<1>,
+    source: &lightpro::source::Source,
+    count: u64,
+) -> (f64, f64) {
+    let exact = run(&sheet.remembered(None), light, source, sheet.height, count);
     let faulty = LazyUniverse::<E>::with_exactness(sheet.build(), Overlap::Union, None);
     // Faults can trap light for ever.
-    let world = World { event_cap: 20_000, ..world(&faulty, &HALF_LIGHT, sheet.height) };
+    let world = World { event_cap: 20_000, ..world(&faulty, light, sheet.height) };
     let got = totals_at(&world, source, count);
     let z = |a: (f64, f64), b: (f64, f64)| (a.0 - b.0).abs() / a.1.hypot(b.1);
     let r = z(exact.r(), got.r());
@@ -115,8 +121,6 @@ fn seen<E: Exactness>(sheet: &Sheet, source: &lightpro::source::Source, count: u
     (others.into_iter().fold(r, f64::max), r)
 }
 
-static HALF_LIGHT: std::sync::LazyLock<Light<1>> = std::sync::LazyLock::new(glass);
-
 /// As `totals`, with another seed: independent of the exact run.
 fn totals_at<U: Universe>(world: &World<U, 1>, source: &lightpro::source::Source, count: u64) -> Totals {
     use lightpro::run::{Histories, run_group};
@@ -125,41 +129,50 @@ fn totals_at<U: Universe>(world: &World<U, 1>, source: &lightpro::source::Source
     Totals { node, layout }
 }
 
-/// Every fault that was once made on purpose is seen at 5 standard errors by 10⁶ histories; two by few.
-fn faults(count: u64, small_too: bool) {
+/// Every fault that was once made on purpose is seen at 5 standard errors.
+///
+/// What earlier segments reject is the memory of the pores, which white fibres show most: light that comes
+/// back through the pore that it came by. In clear hollow fibres "the wall rejects, not the body" is seen
+/// by 3 standard errors in 10⁶ histories only: what a path has been inside of, it has left through the wall.
+fn faults(count: u64) {
     let sheet = Sheet { target: Target::Body(0.5), ..hollow(false) };
-    let diffuse = diffuse(sheet.height);
+    let (glass, whites) = (glass(), whites());
+    let light = diffuse(sheet.height);
     let thin = Sheet { height: 2.0, ..hollow(false) };
+    let tubes = Sheet { surface: OWN, ..Sheet::fibres(1.0, Some(0.1), Target::Body(0.3), 10.0) };
+    let above = diffuse(tubes.height);
     struct Sound;
     impl Exactness for Sound {}
-    let mut found = vec![
-        ("no candidates inside walls and lumens", seen::<NothingInside>(&sheet, &diffuse, count)),
-        ("the present flight rejects too", seen::<ThePresentToo>(&sheet, &diffuse, count)),
+    let found = [
+        ("no candidates inside walls and lumens", seen::<NothingInside>(&sheet, &glass, &light, count)),
+        ("the present flight rejects too", seen::<ThePresentToo>(&sheet, &glass, &light, count)),
         // Along the normal sin γ is 1 for every fibre: only slanted light tells.
-        ("axis at the start by sin γ", seen::<StartBySine>(&thin, &slanted(), 4 * count)),
+        ("axis at the start by sin γ", seen::<StartBySine>(&thin, &glass, &slanted(), 4 * count)),
+        ("the wall rejects, not the body", seen::<WallRejects>(&tubes, &whites, &above, count)),
+        ("only the last segment rejects", seen::<OnlyTheLast>(&tubes, &whites, &above, count)),
     ];
-    if small_too {
-        found.push(("the wall rejects, not the body", seen::<WallRejects>(&sheet, &diffuse, count)));
-        found.push(("only the last segment rejects", seen::<OnlyTheLast>(&sheet, &diffuse, count)));
-    }
     for (name, (z, r)) in found {
         println!("{name}: {z:.1} standard errors (R alone {r:.1})");
         assert!(z > 5.0, "{name} is not seen: {z:.1} standard errors");
     }
-    let (z, _) = seen::<Sound>(&sheet, &diffuse, count);
-    println!("no fault: {z:.1} standard errors");
-    assert!(z < 4.0, "the sound rules deviate by {z:.1} standard errors");
+    for (name, (z, _)) in [
+        ("clear", seen::<Sound>(&sheet, &glass, &light, count)),
+        ("white", seen::<Sound>(&tubes, &whites, &above, count)),
+    ] {
+        println!("no fault, {name}: {z:.1} standard errors");
+        assert!(z < 4.0, "the sound rules deviate by {z:.1} standard errors ({name})");
+    }
 }
 
 #[test]
-fn great_faults_are_caught() {
-    faults(40_000, false);
-}
-
-#[test]
-#[ignore = "long: cargo test --release --test statistical_universe every_fault -- --ignored --nocapture"]
 fn every_fault_is_caught() {
-    faults(1_000_000, true);
+    faults(40_000);
+}
+
+#[test]
+#[ignore = "long: cargo test --release --test statistical_universe by_a_million -- --ignored --nocapture"]
+fn faults_are_caught_by_a_million() {
+    faults(1_000_000);
 }
 
 /// Slanted light on a thin sheet.

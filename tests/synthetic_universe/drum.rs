@@ -3,8 +3,8 @@
 
 use super::*;
 use lightpro::law::{Azimuth, Roll, SizeLaw, Tilt};
+use lightpro::universe::Overlap;
 use lightpro::universe::statistical::kind::{Kind, Sizes};
-use lightpro::universe::synthetic::Overlap;
 use lightpro::universe::synthetic::drum::{Drum, Grown};
 use lightpro::universe::synthetic::realise::{Boolean, RealiseError};
 

@@ -2,7 +2,8 @@
 //! ray near or far, and a periodic cell is what its name says.
 
 use super::*;
-use lightpro::universe::synthetic::{Overlap, Search, Setting};
+use lightpro::universe::Overlap;
+use lightpro::universe::synthetic::{Search, Setting};
 
 /// Hollow and solid fibres, spheres, boxes, flakes; finite, with overlaps, in a box of `side` µm.
 pub fn crowd(count: u32, side: f64, sizes: f64, seed: u64) -> Vec<Part> {

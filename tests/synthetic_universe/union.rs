@@ -2,7 +2,8 @@
 //! between materials.
 
 use super::*;
-use lightpro::universe::synthetic::{Overlap, Setting};
+use lightpro::universe::Overlap;
+use lightpro::universe::synthetic::Setting;
 
 fn union(parts: Vec<Part>) -> SyntheticUniverse {
     SyntheticUniverse::with(AIR, parts, Setting { overlap: Overlap::Union, ..Setting::default() }).unwrap()

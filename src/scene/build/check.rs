@@ -7,7 +7,7 @@ use crate::math::PI;
 use crate::scene::adapters;
 use crate::scene::diagnostic::{Diagnostic, Place};
 use crate::scene::model::*;
-use crate::universe::MediumId;
+use crate::universe::{MediumId, Overlap};
 
 /// Nodes of each law in means over several: smooth functions are exact, the kink of full collapse costs
 /// some 0.1 %.

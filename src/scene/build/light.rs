@@ -230,7 +230,8 @@ impl Reading<'_> {
             let (name, state) = (e.text("name").unwrap_or_default(), e.text("state").unwrap_or_default());
             let reason = e.text("reason").unwrap_or_default();
             let Some(kind) = Kind::of(name) else { continue };
-            let wanted = Override { kind, on: state == "on", reason: reason.to_owned(), called: Vec::new() };
+            let (on, reason) = (state == "on", reason.to_owned());
+            let wanted = Override { kind, on, reason, called: Vec::new(), flag: false };
             if let Err(why) = apply(scene, vec![wanted]) {
                 self.error(e.own.place, why);
             }

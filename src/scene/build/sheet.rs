@@ -4,7 +4,7 @@ use super::{Node, Reading};
 use crate::law::SizeLaw;
 use crate::scene::diagnostic::Diagnostic;
 use crate::scene::model::*;
-use crate::universe::MediumId;
+use crate::universe::{MediumId, Overlap};
 
 impl Reading<'_> {
     pub fn universe(

@@ -79,8 +79,10 @@ pub struct Coverage {
     pub content: f64,
     /// Mean solid content.
     pub solid: f64,
-    /// Mean surface (perimeter of the outer section per length, or area).
+    /// Mean outer surface (perimeter of a section per length of fibre, with the flat ends; or area).
     pub surface: f64,
+    /// Mean surface of the lumen.
+    pub inner: f64,
 }
 
 /// Gauss–Legendre nodes over relative depth (0…1) and their weights.
@@ -100,6 +102,7 @@ pub fn coverage(kind: &Kind, h_layer: f64, contained: bool) -> Coverage {
         content: 0.0,
         solid: 0.0,
         surface: 0.0,
+        inner: 0.0,
     };
     let mut rng = Stream::of(0x0c0_7e4a6e, 0, 0, Purpose::Probe);
     let mut weight = 0.0;
@@ -112,6 +115,10 @@ pub fn coverage(kind: &Kind, h_layer: f64, contained: bool) -> Coverage {
         c.content += w * content;
         c.solid += w * (content - hollow);
         c.surface += w * surface_of(&body, kind.is_fibre());
+        if kind.is_fibre() && body.ends.is_finite() {
+            c.surface += content - hollow; // two ends on twice the half length w
+        }
+        c.inner += w * body.lumen.map_or(0.0, |l| perimeter(l.a, l.b));
         for (j, (depth, _)) in depths.iter().enumerate() {
             let shares = covered(kind, &body, h_layer, *depth, contained);
             c.out[j] += w * content * shares.0;
@@ -119,7 +126,7 @@ pub fn coverage(kind: &Kind, h_layer: f64, contained: bool) -> Coverage {
         }
     }
     let scaled = |v: &mut f64| *v /= weight;
-    [&mut c.content, &mut c.solid, &mut c.surface].into_iter().for_each(scaled);
+    [&mut c.content, &mut c.solid, &mut c.surface, &mut c.inner].into_iter().for_each(scaled);
     c.out.iter_mut().chain(&mut c.wall).for_each(scaled);
     c
 }
@@ -195,16 +202,20 @@ fn surface_of(body: &Body, fibre: bool) -> f64 {
         return 2.0 * PI * a * (a + 2.0 * body.ends);
     }
     if c.is_infinite() {
-        // Gauss–Kummer series converges slowly for flat sections; Ramanujan's second formula errs by
-        // less than 4e-4 there and by far less elsewhere, enough for a printed figure.
-        let h = ((a - b) / (a + b)).powi(2);
-        PI * (a + b) * (1.0 + 3.0 * h / (10.0 + (4.0 - 3.0 * h).sqrt()))
+        perimeter(a, b)
     } else {
         // Thomsen's formula, within 1.1 %; exact for spheres.
         let p = 1.6075;
         let pow = crate::math::pow;
         4.0 * PI * pow((pow(a * b, p) + pow(b * c, p) + pow(c * a, p)) / 3.0, 1.0 / p)
     }
+}
+
+/// Perimeter of an ellipse. The Gauss–Kummer series converges slowly for flat sections; Ramanujan's second
+/// formula errs by less than 4e-4 there and by far less elsewhere, enough for a printed figure.
+fn perimeter(a: f64, b: f64) -> f64 {
+    let h = ((a - b) / (a + b)).powi(2);
+    PI * (a + b) * (1.0 + 3.0 * h / (10.0 + (4.0 - 3.0 * h).sqrt()))
 }
 
 /// Solid and body shares of each kind at depth node `j`.
@@ -235,6 +246,46 @@ pub fn averages(rule: Rule, nu: &[f64], cover: &[Coverage]) -> Vec<(f64, f64)> {
         }
     }
     mean
+}
+
+/// Surface of each kind between solid and pore (lumens are pores too) over layer volume, 1/µm, after
+/// overlaps; over depth it is taken to be spread like the body's content.
+///
+/// | rule | share of the outer surface S | of the lumen's |
+/// | --- | --- | --- |
+/// | [`Rule::Union`] | e^(−Λw): no wall covers it | the same |
+/// | [`Rule::Priority`] | ω e^(−Λ) + (1 − ω)(1 − e^(−Λ))/Λ, ω = Λw/Λ: no higher mark covers it, and no wall lies behind | (1 − e^(−Λ))/Λ |
+/// | [`Rule::Apart`] | all, ν/(1 + Λ) per layer volume | all |
+pub fn surfaces(rule: Rule, nu: &[f64], cover: &[Coverage]) -> Vec<f64> {
+    let mut mean = vec![0.0; nu.len()];
+    for (j, (_, weight)) in depth_nodes().iter().enumerate() {
+        let out: f64 = nu.iter().zip(cover).map(|(n, c)| n * c.out[j]).sum();
+        let wall: f64 = nu.iter().zip(cover).map(|(n, c)| n * c.wall[j]).sum();
+        if out <= 0.0 {
+            continue;
+        }
+        let (bare, top) = (crate::math::exp(-out), -crate::math::expm1(-out) / out);
+        let (outer, inner) = match rule {
+            Rule::Union => (crate::math::exp(-wall), crate::math::exp(-wall)),
+            Rule::Priority => (wall / out * bare + (1.0 - wall / out) * top, top),
+            Rule::Apart => (1.0 / (1.0 + out), 1.0 / (1.0 + out)),
+        };
+        for (m, (n, c)) in mean.iter_mut().zip(nu.iter().zip(cover)) {
+            *m += weight * n * c.out[j] / c.content * (outer * c.surface + inner * c.inner);
+        }
+    }
+    mean
+}
+
+/// Shares that bodies of these densities would have if none overlapped: depth averages of ν wall (under
+/// [`Rule::Apart`] they do not overlap).
+pub fn nominal(rule: Rule, nu: &[f64], cover: &[Coverage]) -> Vec<f64> {
+    if rule == Rule::Apart {
+        return averages(rule, nu, cover).iter().map(|s| s.0).collect();
+    }
+    let nodes = depth_nodes();
+    let mean = |c: &Coverage| nodes.iter().zip(&c.wall).map(|((_, w), x)| w * x).sum::<f64>();
+    nu.iter().zip(cover).map(|(n, c)| n * mean(c)).collect()
 }
 
 /// Densities ν_i that reach the targets under `rule`. [`Target::Density`] under [`Rule::Apart`] means

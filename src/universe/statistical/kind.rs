@@ -43,6 +43,8 @@ pub enum Sizes {
 #[derive(Clone, Debug)]
 pub struct Kind {
     sizes: Sizes,
+    /// The same weighted by volume: bodies that cover a given point.
+    by_volume: Sizes,
     /// The size laws with the weights of a hit: width for fibres, d² for spheres, products of two
     /// axes for ellipsoids.
     met: Met,
@@ -166,6 +168,7 @@ impl Kind {
             }
         };
         Kind {
+            by_volume: sizes.by_volume(),
             sizes,
             met,
             majorant,
@@ -219,7 +222,7 @@ impl Kind {
                     fibre_met(width, flatness, wall.as_ref(), d, rng)?.along(half, rng)
                 } else {
                     let half = 0.5 * length.as_ref().map_or(f64::INFINITY, |l| l.sample(rng));
-                    end_met(&ends.broad, wall.as_ref(), half, d, rng)?
+                    end_met((&ends.broad.0, &ends.broad.1), wall.as_ref(), half, d, rng)?
                 }
             }
             (Met::Disc { diameter, thickness, broad, side }, Sizes::Disc { thickness: plain, .. }) => {
@@ -228,7 +231,7 @@ impl Kind {
                     fibre_met(diameter, &SizeLaw::Constant(1.0), None, d, rng)?.along(half, rng)
                 } else {
                     let half = 0.5 * plain.sample(rng);
-                    end_met(&(broad.clone(), SizeLaw::Constant(1.0)), None, half, d, rng)?
+                    end_met((broad, &SizeLaw::Constant(1.0)), None, half, d, rng)?
                 }
             }
             (Met::Sphere { diameter }, _) => {
@@ -251,8 +254,57 @@ impl Kind {
 
     /// One body by number (fibres: by length), without a place: its frame and shape about the origin.
     pub fn draw(&self, rng: &mut Stream) -> Body {
+        self.body_of(&self.sizes, rng)
+    }
+
+    /// A body that covers the point `at`, drawn by volume: sizes weighted by content, orientation
+    /// unweighted, the point uniform inside.
+    pub fn covering(&self, at: DVec3, kind: u16, rng: &mut Stream) -> Body {
+        let body = self.body_of(&self.by_volume, rng);
+        let Body { frame, outer, ends, .. } = body;
+        let (cos, sin) = rng.azimuth();
+        let local = if outer.c.is_infinite() {
+            let r = rng.uniform().sqrt();
+            let z = if ends.is_finite() { ends * (2.0 * rng.uniform() - 1.0) } else { 0.0 };
+            DVec3::new(outer.a * r * cos, outer.b * r * sin, z)
+        } else {
+            let r = crate::math::cbrt(rng.uniform());
+            let z = 2.0 * rng.uniform() - 1.0;
+            let s = (1.0 - z * z).sqrt();
+            DVec3::new(outer.a * s * cos, outer.b * s * sin, outer.c * z) * r
+        };
+        Body { centre: at - frame.to_world(local), kind, ..body }
+    }
+
+    /// A body of these sizes about the origin.
+    fn body_of(&self, sizes: &Sizes, rng: &mut Stream) -> Body {
         let frame = self.orientation(rng);
-        let (outer, lumen, ends) = match &self.sizes {
+        let (outer, lumen, ends) = sizes.sample(rng);
+        Body { frame, centre: DVec3::ZERO, outer, lumen, ends, kind: 0 }
+    }
+}
+
+impl Sizes {
+    /// The same laws weighted by the volume of the body.
+    fn by_volume(&self) -> Sizes {
+        match self {
+            Sizes::Fibre { width, flatness, wall, length } => Sizes::Fibre {
+                width: width.tilted(2.0),
+                flatness: flatness.tilted(1.0),
+                wall: wall.clone(),
+                length: length.as_ref().map(|l| l.tilted(1.0)),
+            },
+            Sizes::Sphere(d) => Sizes::Sphere(d.tilted(3.0)),
+            Sizes::Ellipsoid(axes) => Sizes::Ellipsoid([0, 1, 2].map(|i| axes[i].tilted(1.0))),
+            Sizes::Disc { diameter, thickness } => {
+                Sizes::Disc { diameter: diameter.tilted(2.0), thickness: thickness.tilted(1.0) }
+            }
+        }
+    }
+
+    /// Half axes, those of the lumen, and the half length between flat ends.
+    fn sample(&self, rng: &mut Stream) -> (HalfAxes, Option<HalfAxes>, f64) {
+        match self {
             Sizes::Fibre { width, flatness, wall, length } => {
                 let a = 0.5 * width.sample(rng);
                 let b = a * flatness.sample(rng);
@@ -272,47 +324,7 @@ impl Kind {
                 let r = 0.5 * diameter.sample(rng);
                 (HalfAxes::fibre(r, r), None, 0.5 * thickness.sample(rng))
             }
-        };
-        Body { frame, centre: DVec3::ZERO, outer, lumen, ends, kind: 0 }
-    }
-
-    /// A body that covers the point `at`, drawn by volume: sizes weighted by content, orientation
-    /// unweighted, the point uniform inside.
-    pub fn covering(&self, at: DVec3, kind: u16, rng: &mut Stream) -> Body {
-        let frame = self.orientation(rng);
-        let (outer, lumen, ends) = match &self.sizes {
-            Sizes::Fibre { width, flatness, wall, length } => {
-                let a = 0.5 * width.tilted(2.0).sample(rng);
-                let b = a * flatness.tilted(1.0).sample(rng);
-                let lumen = wall.as_ref().and_then(|w| lumen_of(a, b, w.sample(rng)));
-                let ends = length.as_ref().map_or(f64::INFINITY, |l| 0.5 * l.tilted(1.0).sample(rng));
-                (HalfAxes::fibre(a, b), lumen, ends)
-            }
-            Sizes::Sphere(d) => {
-                let r = 0.5 * d.tilted(3.0).sample(rng);
-                (HalfAxes::new(r, r, r), None, f64::INFINITY)
-            }
-            Sizes::Ellipsoid(axes) => {
-                let h = [0, 1, 2].map(|i| 0.5 * axes[i].tilted(1.0).sample(rng));
-                (HalfAxes::new(h[0], h[1], h[2]), None, f64::INFINITY)
-            }
-            Sizes::Disc { diameter, thickness } => {
-                let r = 0.5 * diameter.tilted(2.0).sample(rng);
-                (HalfAxes::fibre(r, r), None, 0.5 * thickness.tilted(1.0).sample(rng))
-            }
-        };
-        let (cos, sin) = rng.azimuth();
-        let local = if outer.c.is_infinite() {
-            let r = rng.uniform().sqrt();
-            let z = if ends.is_finite() { ends * (2.0 * rng.uniform() - 1.0) } else { 0.0 };
-            DVec3::new(outer.a * r * cos, outer.b * r * sin, z)
-        } else {
-            let r = crate::math::cbrt(rng.uniform());
-            let z = 2.0 * rng.uniform() - 1.0;
-            let s = (1.0 - z * z).sqrt();
-            DVec3::new(outer.a * s * cos, outer.b * s * sin, outer.c * z) * r
-        };
-        Body { frame, centre: at - frame.to_world(local), outer, lumen, ends, kind }
+        }
     }
 }
 
@@ -372,7 +384,7 @@ impl Hit {
 /// to |cos γ|, the point uniform over the end.
 #[inline]
 fn end_met(
-    broad: &(SizeLaw, SizeLaw),
+    broad: (&SizeLaw, &SizeLaw),
     wall: Option<&SizeLaw>,
     half: f64,
     d: DVec3,

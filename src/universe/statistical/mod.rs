@@ -14,6 +14,8 @@ pub mod amount;
 pub mod grace;
 pub mod kind;
 pub mod lazy;
+mod markov;
+mod place;
 pub mod profile;
 pub mod section;
 
@@ -23,6 +25,7 @@ use crate::math::DVec3;
 use crate::rng::Stream;
 use grace::Grace;
 use kind::Kind;
+pub use place::{Pending, Place, State};
 use section::{Body, Left, Part};
 
 /// How much is remembered.
@@ -358,84 +361,6 @@ impl StatisticalUniverse {
         };
         if last { Next::Edge { face, distance } } else { Next::Lost }
     }
-
-    /// Rung `markov`, inside a body: the wall or lumen ends at a rate that depends on direction only.
-    fn markov_next(&self, layer: usize, ray: &Ray, place: &mut Place, limit: f64, rng: &mut Stream) -> Next {
-        let State::Markov { kind: index, part } = place.state else { return Next::Lost };
-        let population = &self.layers[layer];
-        let kind = &population.kinds[usize::from(index)];
-        let (to_plane, face) = plane_ahead(ray, population.slab.top, population.slab.bottom);
-        if matches!(place.pending, Pending::Unexplored) {
-            place.pending = self.markov_explore(layer, index, part, ray, limit.min(to_plane), rng);
-        }
-        let Pending::Chord { distance, inward, outward, axis } = place.pending else {
-            return if to_plane <= limit { self.cut_face(layer, face, to_plane) } else { Next::Limit };
-        };
-        let beyond = match (inward, part) {
-            (true, _) => kind.lumen,
-            (false, Part::Lumen) => kind.wall,
-            (false, Part::Wall) => population.slab.pore,
-        };
-        // The surface that ends a chord is drawn like one that begins it, seen from the other side.
-        Next::Interface(Interface {
-            distance,
-            normal: outward,
-            facet: outward,
-            axis,
-            beyond,
-            surface: kind.surface,
-            body: kind.body,
-        })
-    }
-
-    /// Rates of the ends of a wall or lumen chord: the surface that is met per pore length, Σ_i(u),
-    /// over the phase's share per pore share, so that all phases keep their volume.
-    fn markov_explore(
-        &self,
-        layer: usize,
-        index: u16,
-        part: Part,
-        ray: &Ray,
-        reach: f64,
-        rng: &mut Stream,
-    ) -> Pending {
-        let population = &self.layers[layer];
-        let i = usize::from(index);
-        let kind = &population.kinds[i];
-        let pore = 1.0 - population.share.iter().sum::<f64>();
-        let solid = population.share[i] * population.solid[i];
-        let phase = if part == Part::Wall { solid } else { population.share[i] - solid };
-        // Twice the rate for walls: a candidate is asked for one of its two surfaces, at random.
-        let asked = if part == Part::Wall { 2.0 } else { 1.0 };
-        let rate = asked * kind.majorant * population.density[i] * pore / phase;
-        let mut distance = 0.0;
-        loop {
-            distance += rng.exponential() / rate;
-            if distance >= reach {
-                return Pending::Nothing;
-            }
-            let at = ray.at(distance);
-            let Some(met) = kind.candidate(ray.dir, at, index, rng) else { continue };
-            let lumen = met.body.lumen;
-            // The same line meets the lumen too if it passes close enough to the axis.
-            let through = lumen.and_then(|l| {
-                let o = met.body.frame.to_local(at - met.body.centre);
-                let d = met.body.frame.to_local(ray.dir);
-                l.crossings(o, d).map(|(near, _)| met.body.frame.to_world(l.normal(o + d * near)))
-            });
-            let axis = met.body.frame.z;
-            match part {
-                Part::Wall if rng.uniform() < 0.5 => {
-                    return Pending::Chord { distance, inward: false, outward: met.outward, axis };
-                }
-                _ => {
-                    if let Some(outward) = through {
-                        return Pending::Chord { distance, inward: part == Part::Wall, outward, axis };
-                    }
-                }
-            }
-        }
-    }
 }
 
 fn plane_interface(distance: f64, normal: DVec3, beyond: MediumId, surface: SurfaceId) -> Interface {
@@ -450,84 +375,6 @@ fn pick(sums: &[f64], total: f64, rng: &mut Stream) -> usize {
     }
     let x = rng.uniform() * total;
     sums.iter().position(|&s| x < s).unwrap_or(sums.len() - 1)
-}
-
-/// Where a ray is.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum State {
-    /// Above or below the sheet.
-    Outside(Face),
-    /// In the pores (or a homogeneous layer).
-    Pore {
-        /// Kind of the body just left, if the ray starts from a surface (the Grace way asks).
-        from: Option<u16>,
-    },
-    /// In the body of the place, an exact shape.
-    Body {
-        /// Wall or lumen.
-        part: Part,
-        /// Surface just left.
-        left: Left,
-    },
-    /// In a body known by its kind only (rung `markov`).
-    Markov {
-        /// Kind.
-        kind: u16,
-        /// Wall or lumen.
-        part: Part,
-    },
-}
-
-/// What the last `next` has drawn.
-#[derive(Clone, Copy, Debug)]
-pub enum Pending {
-    /// Nothing asked yet.
-    Unexplored,
-    /// Nothing there.
-    Nothing,
-    /// The body of the place.
-    Meet {
-        /// How far.
-        distance: f64,
-        /// Outward normal where the ray enters.
-        outward: DVec3,
-        /// Side or end.
-        surface: Left,
-    },
-    /// A surface of the body that the ray is in.
-    Leave(Left),
-    /// The body of the place, in optical contact with the one that the ray is in.
-    Contact {
-        /// How far.
-        distance: f64,
-        /// Its outward normal there.
-        outward: DVec3,
-    },
-    /// A plane of the layer.
-    Plane(Face),
-    /// The end of a chord (rung `markov`).
-    Chord {
-        /// How far.
-        distance: f64,
-        /// From the wall into the lumen.
-        inward: bool,
-        /// Normal against the ray.
-        outward: DVec3,
-        /// Fibre axis.
-        axis: DVec3,
-    },
-}
-
-/// Where a ray is, and what it has been told to meet next.
-#[derive(Clone, Copy, Debug)]
-pub struct Place {
-    layer: u16,
-    state: State,
-    pending: Pending,
-    /// The body that the ray is in or is about to meet; drawn here once and never moved.
-    body: Option<Body>,
-    /// Where the ray entered it (rung `homogeneous`).
-    entered: DVec3,
 }
 
 impl Universe for StatisticalUniverse {

@@ -9,7 +9,7 @@ use super::place::{Group, Known, Place, Set};
 use super::region::{Event, Key, Owner, Region, Rule, seen_from};
 use crate::math::DVec3;
 use crate::universe::shape::{Chord, Shape, ShapeFace};
-use crate::universe::{Interface, Ray};
+use crate::universe::{Interface, Ray, against};
 
 /// What a ray knows of itself when it asks what it may enter.
 pub(super) struct Asker<'a> {
@@ -223,7 +223,7 @@ pub(super) fn interface<S: Space>(space: &S, ray: &Ray, met: &Met) -> Interface 
     let Event { t, key, enters, face } = met.event;
     let part = &space.region(key.region()).part;
     let outward = part.shape.normal_on(&seen_from(ray, key, space.period()), t, face);
-    let normal = against(ray.dir, outward, enters);
+    let normal = against(ray.dir, if enters { outward } else { -outward });
     let axis = match part.shape.shape {
         Shape::Cylinder(_) => part.shape.frame.z,
         _ => DVec3::ZERO,
@@ -237,16 +237,6 @@ pub(super) fn interface<S: Space>(space: &S, ray: &Ray, met: &Met) -> Interface 
         surface: part.surface,
         body: part.body,
     }
-}
-
-/// The unit normal against the ray. Where a grazing hit leaves the normal on the wrong side by
-/// rounding, it is turned to the right one by twice as much (at least by the rounding of a dot
-/// product, 4 ε, so that the result is surely against the ray).
-#[inline]
-fn against(dir: DVec3, outward: DVec3, enters: bool) -> DVec3 {
-    let n = if enters { outward } else { -outward };
-    let cos = n.dot(dir);
-    if cos >= 0.0 { (n - dir * (cos + cos.max(4.0 * f64::EPSILON))).normalize() } else { n }
 }
 
 /// The regions that a ray starts in. A point exactly on a surface is inside if the ray goes in; on the

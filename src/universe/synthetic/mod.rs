@@ -31,7 +31,7 @@ pub use place::{CAPACITY, Place};
 
 use super::shape::{Placed, Shape};
 use super::sheet::plane_ahead;
-use super::{BodyId, Face, Interface, MediumId, Next, Ray, Start, SurfaceId, Universe};
+use super::{BodyId, Face, Interface, MediumId, Next, Overlap, Ray, Start, SurfaceId, Universe};
 use crate::math::DVec3;
 use crate::rng::Stream;
 use flight::{Asker, Found, Space};
@@ -54,24 +54,14 @@ pub struct Part {
     pub body: BodyId,
 }
 
-/// Who owns a point that several bodies cover. A **hollow** is a part right behind a part of the same
-/// body and priority that lies concentric within it (a fibre's lumen).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub enum Overlap {
-    /// The region of the highest priority (its random mark), wall or lumen; the later one at equal
-    /// priority.
-    #[default]
-    Priority,
-    /// A point is solid if any wall covers it; of several walls that of the highest priority decides.
-    /// Hollows, and bodies of the ambient medium, lose to every solid. Walls of the same medium merge,
-    /// whatever their surfaces; so do hollows and pores.
-    Union,
-}
-
 /// How bodies are put together.
-#[derive(Clone, Copy, Debug, PartialEq, Default)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Setting {
-    /// Who owns what several bodies cover.
+    /// Who owns a point that several bodies cover; marks are the parts' priorities, the later part goes
+    /// before at equal priority. A **hollow** is a part right behind a part of the same body and priority
+    /// that lies concentric within it (a fibre's lumen). With `Union`, hollows and bodies of the ambient
+    /// medium lose to every solid; walls of the same medium merge, whatever their surfaces, and so do
+    /// hollows and pores.
     pub overlap: Overlap,
     /// Lower and upper plane of a sheet, µm: there is no surface there, rays leave, also from inside a
     /// body (`cut`). `None`: unbounded.
@@ -82,6 +72,13 @@ pub struct Setting {
     pub period: Option<[f64; 2]>,
     /// How bodies are searched.
     pub search: Search,
+}
+
+impl Default for Setting {
+    /// Bodies by priority, in unbounded space.
+    fn default() -> Self {
+        Setting { overlap: Overlap::Priority, sheet: None, period: None, search: Search::default() }
+    }
 }
 
 /// A part that no universe can be built from.

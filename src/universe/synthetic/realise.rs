@@ -6,14 +6,14 @@
 //! `full` of the statistical universe computes without geometry.
 
 use super::drum::Drum;
-use super::{Error, Overlap, Part, Search, Setting, SyntheticUniverse};
+use super::{Error, Part, Search, Setting, SyntheticUniverse};
 use crate::law::Tilt;
 use crate::math::DVec3;
 use crate::rng::{Purpose, Stream};
-use crate::universe::MediumId;
 use crate::universe::shape::{Ellipsoid, EllipticCylinder, Placed, Shape};
 use crate::universe::statistical::kind::{Kind, Sizes};
 use crate::universe::statistical::section::{Body, HalfAxes};
+use crate::universe::{MediumId, Overlap};
 use thiserror::Error as ThisError;
 
 /// A Boolean sheet: kinds of bodies and their densities between two planes.

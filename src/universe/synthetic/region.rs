@@ -1,9 +1,9 @@
 //! Regions, the keys that tell them (and their periodic images) apart, and who owns a point.
 
-use super::{Overlap, Part};
+use super::Part;
 use crate::math::{DVec3, Frame};
 use crate::universe::shape::{Placed, Shape, ShapeFace};
-use crate::universe::{MediumId, Ray, SurfaceId};
+use crate::universe::{MediumId, Overlap, Ray, SurfaceId};
 
 /// Most regions that the number of a key can tell.
 pub(super) const MOST: usize = 1 << 26;
@@ -130,7 +130,7 @@ impl Rule {
             let r = region(key);
             let solid = !r.is_hole() && r.part.medium != self.ambient;
             let mine = match self.overlap {
-                Overlap::Priority => (true, r.rank, key),
+                Overlap::Priority | Overlap::Forbid => (true, r.rank, key),
                 // A wall is solid where the body's own hollow is not; what is not solid loses.
                 Overlap::Union => {
                     if r.hollow().is_some_and(|h| keys.contains(&key.of(h))) {
@@ -155,7 +155,7 @@ impl Rule {
             return false;
         }
         let merged = match self.overlap {
-            Overlap::Priority => surface == SurfaceId::SMOOTH,
+            Overlap::Priority | Overlap::Forbid => surface == SurfaceId::SMOOTH,
             Overlap::Union => before.solid == after.solid || surface == SurfaceId::SMOOTH,
         };
         before.medium != after.medium || !merged

@@ -5,7 +5,7 @@ use super::lattice::Walk;
 use super::normal::{FaceId, others};
 use super::{Place, REACH, Scratch, Steps, VoxelUniverse};
 use crate::math::DVec3;
-use crate::universe::{BodyId, Interface, Ray, SurfaceId};
+use crate::universe::{BodyId, Interface, Ray, SurfaceId, against};
 
 impl VoxelUniverse {
     /// The face that `walk` has just passed across `axis`: its own normal and the smoothed one at the
@@ -182,11 +182,4 @@ impl Passed {
         let at = [0, 1, 2].map(|k| walk.within(k, t, dir[k]));
         Passed { axis, sign: walk.sign(axis), t, from, to: walk.cell, at, own, other: walk.phase() }
     }
-}
-
-/// The unit normal against the ray: one on the wrong side is turned to the right one by as little as
-/// keeps it there.
-fn against(dir: DVec3, n: DVec3) -> DVec3 {
-    let cos = n.dot(dir);
-    if cos >= 0.0 { (n - dir * (cos + cos.max(4.0 * f64::EPSILON))).normalize() } else { n }
 }

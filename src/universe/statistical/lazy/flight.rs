@@ -1,13 +1,13 @@
 //! One flight of a ray: known bodies on the way, candidates of unknown ones, and the first change of
 //! medium.
 
-use super::memory::{Known, Memory, NONE, Sighting, Touched};
-use super::{Exactness, LazyUniverse, Overlap, Place, Stands};
+use super::memory::{Chain, Known, Memory, NONE, Piece, Sighting, Touched};
+use super::{Exactness, LazyUniverse, Place, Stands};
 use crate::math::DVec3;
 use crate::rng::Stream;
 use crate::universe::statistical::pick;
 use crate::universe::statistical::section::Left;
-use crate::universe::{MediumId, Ray};
+use crate::universe::{MediumId, Overlap, Ray};
 
 /// A surface where the medium changes.
 #[derive(Clone, Copy, Debug)]
@@ -49,14 +49,6 @@ pub(super) fn medium_behind(touched: &[Touched], t: f64, overlap: Overlap, pore:
 /// Whether a body holds the point at distance `t`.
 pub(super) fn covered(touched: &[Touched], t: f64) -> bool {
     touched.iter().any(|b| b.spans.holds(t))
-}
-
-/// The unit normal against the ray. Where rounding leaves that of a grazing hit on the wrong side, it is
-/// turned to the right one.
-#[inline]
-pub(super) fn against(dir: DVec3, normal: DVec3) -> DVec3 {
-    let cos = normal.dot(dir);
-    if cos >= 0.0 { (normal - dir * (cos + cos.max(4.0 * f64::EPSILON))).normalize() } else { normal }
 }
 
 /// All boundaries of a touched body: distance, which surface, inwards.
@@ -155,7 +147,7 @@ impl<E: Exactness> LazyUniverse<E> {
         let (found, end) = loop {
             let stop = at.min(reach);
             if stop > horizon {
-                horizon = reach.min(at + mean_free);
+                horizon = stop;
                 self.touch(ray, place, horizon, m);
             }
             if let Some(change) = self.first_change(ray, place, m, scanned, stop)? {
@@ -237,34 +229,38 @@ impl<E: Exactness> LazyUniverse<E> {
 
     /// Collects the known bodies that the ray touches within `stop`.
     pub(super) fn touch(&self, ray: &Ray, place: &Place, stop: f64, m: &mut Memory) {
-        m.touched.clear();
-        let half = 0.5 * stop.max(0.0);
-        let (middle, half) =
-            if half.is_finite() { (ray.at(half), half) } else { (ray.origin, f64::INFINITY) };
-        if self.last == u32::MAX {
-            let slack = 2.0 * self.sheet.rates[usize::from(place.layer)].last().map_or(0.0, |r| 1.0 / r);
-            let mut touched = std::mem::take(&mut m.touched);
-            if let Some(list) = m.near(&place.past, middle, half, slack).map(<[u32]>::len) {
-                for i in 0..list {
-                    let s = m.nearby(i);
-                    Self::meet(ray, place, stop, (middle, half), s, m, &mut touched);
-                }
-                m.touched = touched;
-                return;
-            }
-            m.touched = touched;
-        }
         let mut touched = std::mem::take(&mut m.touched);
-        let oldest = (place.past.flights + 1).saturating_sub(self.last);
-        let mut index = place.past.sighting;
-        while index != NONE {
-            let s = &m.sightings[index as usize];
-            if s.flight < oldest {
-                break;
+        touched.clear();
+        let full = self.last == u32::MAX;
+        let chain = if full { m.chain(&place.past) } else { Chain::Linked };
+        if let Chain::Many = chain {
+            let half = 0.5 * stop.max(0.0);
+            let ball = if half.is_finite() { (ray.at(half), half) } else { (ray.origin, f64::INFINITY) };
+            let mean_free = self.sheet.rates[usize::from(place.layer)].last().map_or(0.0, |r| 1.0 / r);
+            m.gather_near(ball, 2.0 * mean_free);
+        }
+        let piece = Piece::new(ray, stop);
+        let meet = |s: &Sighting, touched: &mut Vec<Touched>| {
+            if !s.misses(&piece) && s.layer == place.layer {
+                Self::meet(ray, place, stop, s.body, m, touched);
             }
-            index = s.before;
-            if self.last == u32::MAX || !touched.iter().any(|t| t.body == s.body) {
-                Self::meet(ray, place, stop, (middle, half), s, m, &mut touched);
+        };
+        match chain {
+            Chain::Few => m.all().iter().for_each(|s| meet(s, &mut touched)),
+            Chain::Many => m.nearby().for_each(|s| meet(s, &mut touched)),
+            Chain::Linked => {
+                let oldest = (place.past.flights + 1).saturating_sub(self.last);
+                let mut index = place.past.sighting;
+                while index != NONE {
+                    let s = &m.sightings[index as usize];
+                    if s.flight < oldest {
+                        break;
+                    }
+                    index = s.before;
+                    if full || !touched.iter().any(|t| t.body == s.body) {
+                        meet(s, &mut touched);
+                    }
+                }
             }
         }
         m.touched = touched;
@@ -272,19 +268,8 @@ impl<E: Exactness> LazyUniverse<E> {
 
     /// Adds a known body to those touched if the ray meets it within `stop`.
     #[inline]
-    #[allow(clippy::too_many_arguments)]
-    fn meet(
-        ray: &Ray,
-        place: &Place,
-        stop: f64,
-        ball: (DVec3, f64),
-        s: &Sighting,
-        m: &Memory,
-        touched: &mut Vec<Touched>,
-    ) {
-        if s.layer == place.layer
-            && s.near(ball.0, ball.1)
-            && let Some(t) = Self::touched(ray, place, s.body, m)
+    fn meet(ray: &Ray, place: &Place, stop: f64, body: u32, m: &Memory, touched: &mut Vec<Touched>) {
+        if let Some(t) = Self::touched(ray, place, body, m)
             && t.spans.to >= 0.0
             && t.spans.from <= stop
         {

@@ -1,7 +1,7 @@
 //! What a history has met: bodies and traced segments, append-only. A place holds the newest entry of
 //! its own past, each entry the one before: a branch is a copy of a place and sees only its own past.
 
-use crate::math::{DVec3, Frame};
+use crate::math::{DVec2, DVec3};
 use crate::universe::statistical::section::{Body, Spans};
 use crate::universe::{Kept, MediumId, Ray};
 
@@ -20,28 +20,75 @@ pub struct Past {
 /// Nothing known.
 pub(super) const NOTHING: Past = Past { sighting: NONE, segment: NONE, flights: 0 };
 
-/// A body as far as a quick test needs it: the box around it.
+/// A straight piece of a line, as tests of known bodies need it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Piece {
+    origin: DVec3,
+    dir: DVec3,
+    length: f64,
+    /// Range of z.
+    low: f64,
+    high: f64,
+}
+
+impl Piece {
+    #[inline]
+    pub fn new(ray: &Ray, length: f64) -> Self {
+        let (a, rise) = (ray.origin.z, ray.dir.z);
+        let b = if rise == 0.0 { a } else { a + rise * length };
+        Piece { origin: ray.origin, dir: ray.dir, length, low: a.min(b), high: a.max(b) }
+    }
+}
+
+/// A body as far as quick tests need it: its range of z, and the box and the quadric around it in
+/// coordinates in which its half sizes are 1.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sighting {
+    low: f64,
+    high: f64,
     centre: DVec3,
-    frame: Frame,
-    /// Half sizes along the frame's axes.
-    half: DVec3,
+    /// The frame's axes over the half sizes; the axis of an unbounded cylinder is 0.
+    axes: [DVec3; 3],
+    /// Reciprocal half sizes, and the largest of them.
+    inverse: DVec3,
+    scale: f64,
+    extent: Extent,
+    pub layer: u16,
     /// The body itself.
     pub body: u32,
     /// Flight on which it was met.
     pub flight: u32,
-    pub layer: u16,
     pub before: u32,
+}
+
+/// How a body ends along its third axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Extent {
+    Unbounded,
+    Flat,
+    Round,
 }
 
 impl Sighting {
     pub fn of(body: &Body, index: u32, layer: u16, flight: u32) -> Self {
-        let h = &body.outer;
+        let (h, f) = (&body.outer, &body.frame);
+        let inverse = DVec3::new(1.0 / h.a, 1.0 / h.b, 1.0 / h.c.min(body.ends));
+        let extent = match (h.c.is_finite(), body.ends.is_finite()) {
+            (true, _) => Extent::Round,
+            (false, true) => Extent::Flat,
+            (false, false) => Extent::Unbounded,
+        };
+        let endless = extent == Extent::Unbounded && f.z.z != 0.0;
+        let half = if endless { f64::INFINITY } else { body.half_height() };
+        let reach = half * (1.0 + 1e-9) + 1e-12 * body.centre.z.abs();
         Sighting {
+            low: body.centre.z - reach,
+            high: body.centre.z + reach,
             centre: body.centre,
-            frame: body.frame,
-            half: DVec3::new(h.a, h.b, h.c.min(body.ends)),
+            axes: [f.x * inverse.x, f.y * inverse.y, f.z * inverse.z],
+            inverse,
+            scale: inverse.max_element(),
+            extent,
             body: index,
             flight,
             layer,
@@ -49,24 +96,68 @@ impl Sighting {
         }
     }
 
+    #[inline]
+    fn scaled(&self, v: DVec3) -> DVec3 {
+        DVec3::new(v.dot(self.axes[0]), v.dot(self.axes[1]), v.dot(self.axes[2]))
+    }
+
+    /// What a sure miss must exceed 1 by: above the rounding of the products.
+    #[inline]
+    fn margin(&self, w: DVec3) -> f64 {
+        1e-9 + 1e-12 * self.scale * (w.x.abs() + w.y.abs() + w.z.abs())
+    }
+
     /// False only if the body surely misses the ball of radius `r` about `p`: the box around the body
-    /// does, by one of its faces. The margin is above the rounding of the products.
+    /// does, by one of its faces.
     #[inline]
     pub fn near(&self, p: DVec3, r: f64) -> bool {
         let w = p - self.centre;
-        let r = r * (1.0 + 1e-9) + 1e-12 * (w.x.abs() + w.y.abs() + w.z.abs());
-        w.dot(self.frame.y).abs() <= self.half.y + r
-            && w.dot(self.frame.x).abs() <= self.half.x + r
-            && (self.half.z.is_infinite() || w.dot(self.frame.z).abs() <= self.half.z + r)
+        let q = self.scaled(w);
+        let room = DVec3::splat(1.0 + self.margin(w)) + self.inverse * (r * (1.0 + 1e-9));
+        (q.x.abs() <= room.x) & (q.y.abs() <= room.y) & (q.z.abs() <= room.z)
+    }
+
+    /// True only if the body surely misses the piece: by its height; or the line passes beside the
+    /// quadric, or the piece begins behind it or ends before it.
+    ///
+    /// But for the height without a branch: most known bodies are missed, the few others cannot be foretold.
+    #[inline]
+    pub fn misses(&self, piece: &Piece) -> bool {
+        self.low > piece.high || self.high < piece.low || self.misses_line(piece)
+    }
+
+    #[inline]
+    fn misses_line(&self, piece: &Piece) -> bool {
+        let Piece { origin, dir, length, .. } = *piece;
+        let w = origin - self.centre;
+        let limit = 1.0 + self.margin(w);
+        let limit2 = limit * limit;
+        if self.extent == Extent::Unbounded {
+            let flat = |v: DVec3| DVec2::new(v.dot(self.axes[0]), v.dot(self.axes[1]));
+            let (p, q) = (flat(w), flat(dir));
+            let (qq, pq, beside) = (q.length_squared(), p.dot(q), p.perp_dot(q));
+            let end = (p + q * length).length_squared();
+            return (beside * beside > limit2 * qq)
+                | ((pq > 0.0) & (p.length_squared() > limit2))
+                | ((pq + qq * length < 0.0) & (end > limit2));
+        }
+        let (p, q) = (self.scaled(w), self.scaled(dir));
+        let end = p + q * length;
+        let off_ends = (p.z.min(end.z) > limit) | (p.z.max(end.z) < -limit);
+        let round = DVec3::new(1.0, 1.0, if self.extent == Extent::Round { 1.0 } else { 0.0 });
+        let (p, q, end) = (p * round, q * round, end * round);
+        let (qq, pq) = (q.length_squared(), p.dot(q));
+        off_ends
+            | (p.cross(q).length_squared() > limit2 * qq)
+            | ((pq > 0.0) & (p.length_squared() > limit2))
+            | ((pq + qq * length < 0.0) & (end.length_squared() > limit2))
     }
 }
 
 /// A straight piece of a path.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Segment {
-    from: DVec3,
-    dir: DVec3,
-    length: f64,
+    piece: Piece,
     layer: u16,
     before: u32,
 }
@@ -75,8 +166,8 @@ impl Segment {
     /// Whether a body holds a point of the segment (the planted fault: and the segment misses its lumen).
     #[inline]
     fn meets(&self, body: &Body, whole: bool) -> bool {
-        let Some(s) = body.spans(self.from, self.dir, None) else { return false };
-        let (a, b) = (s.from.max(0.0), s.to.min(self.length));
+        let Some(s) = body.spans(self.piece.origin, self.piece.dir, None) else { return false };
+        let (a, b) = (s.from.max(0.0), s.to.min(self.piece.length));
         a <= b && (whole || s.lumen_from >= b || s.lumen_to <= a)
     }
 }
@@ -128,6 +219,17 @@ pub(super) struct Known {
 
 /// Bodies known before a list of the near ones pays.
 const MANY: usize = 24;
+
+/// How the sightings of a past lie in memory.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Chain {
+    /// One after the other, few of them.
+    Few,
+    /// One after the other, so many that a list of the near ones pays.
+    Many,
+    /// Among those of other branches.
+    Linked,
+}
 
 /// The known bodies near a ball: most flights of a long history stay in it for a while, and need not ask
 /// the others.
@@ -241,13 +343,29 @@ impl Memory {
         past.sighting = index as u32;
     }
 
-    /// The sightings of an unbranched past that may reach into the ball of radius `half` about `middle`,
-    /// if there are so many that it pays; a list is kept for a ball larger by `slack`.
-    pub(super) fn near(&mut self, past: &Past, middle: DVec3, half: f64, slack: f64) -> Option<&[u32]> {
+    /// How the sightings of `past` can be gone through.
+    #[inline]
+    pub(super) fn chain(&self, past: &Past) -> Chain {
         let n = self.sightings.len();
-        if n - self.first_sighting < MANY || !self.unbranched || past.sighting as usize + 1 != n {
-            return None;
+        match n - self.first_sighting {
+            _ if past.sighting == NONE || !self.unbranched || past.sighting as usize + 1 != n => {
+                Chain::Linked
+            }
+            known if known < MANY => Chain::Few,
+            _ => Chain::Many,
         }
+    }
+
+    /// All sightings of an unbranched past.
+    #[inline]
+    pub(super) fn all(&self) -> &[Sighting] {
+        &self.sightings[self.first_sighting..]
+    }
+
+    /// Lists the sightings of an unbranched past that may reach into a ball (centre, radius), to be read
+    /// by [`Memory::nearby`]. The list is made for a ball larger by `slack` and kept while that holds.
+    pub(super) fn gather_near(&mut self, (middle, half): (DVec3, f64), slack: f64) {
+        let n = self.sightings.len();
         let list = &mut self.nearby;
         let reaches = middle.distance(list.centre) + half;
         if list.radius == 0.0 || reaches.is_nan() || reaches > list.radius {
@@ -260,13 +378,12 @@ impl Memory {
             }
         }
         list.through = n;
-        Some(&list.list)
     }
 
-    /// A sighting of the list of the near ones.
+    /// The sightings listed.
     #[inline]
-    pub(super) fn nearby(&self, i: usize) -> &Sighting {
-        &self.sightings[self.nearby.list[i] as usize]
+    pub(super) fn nearby(&self) -> impl Iterator<Item = &Sighting> {
+        self.nearby.list.iter().map(|i| &self.sightings[*i as usize])
     }
 
     /// Keeps a traced segment.
@@ -277,7 +394,7 @@ impl Memory {
         } else if past.segment as usize + 1 != index {
             self.straight = false;
         }
-        self.segments.push(Segment { from: ray.origin, dir: ray.dir, length, layer, before: past.segment });
+        self.segments.push(Segment { piece: Piece::new(ray, length), layer, before: past.segment });
         past.segment = index as u32;
         past.flights += 1;
         self.enclose();
@@ -288,8 +405,9 @@ impl Memory {
         let n = self.segments.len();
         if n.is_multiple_of(RUN) {
             let run = self.segments[n - RUN..].iter().fold(Bounds::EMPTY, |b, s| {
-                let to = s.from + s.dir * s.length;
-                b.with(Bounds { low: s.from.min(to), high: s.from.max(to) })
+                let from = s.piece.origin;
+                let to = from + s.piece.dir * s.piece.length;
+                b.with(Bounds { low: from.min(to), high: from.max(to) })
             });
             self.runs.push(run);
             if self.runs.len().is_multiple_of(RUN) {
@@ -326,8 +444,7 @@ impl Memory {
 
     #[inline]
     fn segment_meets(&self, s: &Segment, quick: &Sighting, body: &Body, whole: bool) -> bool {
-        let half = 0.5 * s.length;
-        s.layer == quick.layer && quick.near(s.from + s.dir * half, half) && s.meets(body, whole)
+        s.layer == quick.layer && !quick.misses(&s.piece) && s.meets(body, whole)
     }
 
     /// The same over the whole unbranched chain, run by run.

@@ -28,21 +28,12 @@ use super::section::Left;
 use crate::math::DVec3;
 use crate::rng::Stream;
 use crate::universe::sheet::plane_ahead;
-use crate::universe::{Face, Interface, Kept, MediumId, Next, Ray, Start, SurfaceId, Universe};
+use crate::universe::{
+    Face, Interface, Kept, MediumId, Next, Overlap, Ray, Start, SurfaceId, Universe, against,
+};
 use flight::Change;
 use memory::{Known, NOTHING, Past, Solid};
 use std::marker::PhantomData;
-
-/// How overlapping bodies share a point.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Overlap {
-    /// Solid if any wall covers it; of different solids the higher mark rules.
-    Union,
-    /// The body of the highest mark rules, wall or lumen.
-    Priority,
-    /// Bodies do not overlap (an approximation: a body is refused if it cuts one already known).
-    Forbid,
-}
 
 /// What exactness rests on. The defaults are right; tests plant each fault on purpose and show that it
 /// is caught.
@@ -180,7 +171,7 @@ impl<E: Exactness> LazyUniverse<E> {
         let layer = usize::from(change.layer);
         let kind = &self.sheet.layers[layer].kinds[usize::from(body.kind)];
         let outward = change.outward.unwrap_or_else(|| body.outward(change.surface, ray.at(change.distance)));
-        let normal = flight::against(ray.dir, if change.enters { outward } else { -outward });
+        let normal = against(ray.dir, if change.enters { outward } else { -outward });
         let interface = Interface {
             distance: change.distance,
             normal,
@@ -259,9 +250,9 @@ impl<E: Exactness> LazyUniverse<E> {
         plane_answer(face, 0.0, normal, beyond, surface)
     }
 
-    /// Explores the point `at` of a plane of `layer`: the medium there. Where bodies may cover it (`covered`) they are Poisson
-    /// with mean ν V̄, drawn by volume, their orientation unweighted, unless an earlier segment would have
-    /// met them.
+    /// Explores the point `at` of a plane of `layer`: the medium there. Where bodies may cover it
+    /// (`covered`) they are Poisson with mean ν V̄, drawn by volume, their orientation unweighted, unless
+    /// an earlier segment would have met them.
     #[allow(clippy::too_many_arguments)]
     fn start(
         &self,

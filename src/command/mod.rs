@@ -1,0 +1,222 @@
+//! What the commands do; `main` only parses their arguments.
+
+mod finish;
+mod folder;
+mod replay;
+mod run;
+mod stop;
+
+pub use finish::{Finished, finish};
+pub use replay::{ReplayArgs, replay};
+pub use run::{merge, resume, run};
+
+use crate::scene::plan::Plan;
+use crate::scene::{self, Options, Scene};
+use std::fmt;
+use std::io::Write;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// How a command ends when it does not succeed; the number is the exit code.
+#[derive(Debug)]
+pub enum Failure {
+    /// Bad input: the scene, a file, a folder.
+    Input(String),
+    /// A check of the physics failed.
+    Physics(String),
+    /// The program's own fault.
+    Internal(String),
+    /// Stopped by a signal of this number, with what was saved.
+    Stopped(u8, String),
+}
+
+impl Failure {
+    /// Exit code: 2 bad input, 1 physics, 70 internal, 128 + signal (130 Ctrl-C, 143 SIGTERM).
+    pub fn code(&self) -> u8 {
+        match self {
+            Failure::Physics(_) => 1,
+            Failure::Input(_) => 2,
+            Failure::Internal(_) => 70,
+            Failure::Stopped(signal, _) => 128_u8.saturating_add(*signal),
+        }
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Failure::Input(text) | Failure::Physics(text) | Failure::Stopped(_, text) => f.write_str(text),
+            Failure::Internal(text) => write!(f, "internal error: {text}"),
+        }
+    }
+}
+
+/// A scene file and what the command line says about it.
+#[derive(Clone, Debug, Default)]
+pub struct SceneArgs {
+    /// The file.
+    pub path: PathBuf,
+    /// `-D name=value`.
+    pub defines: Vec<(String, String)>,
+    /// Files outside the scene's folder may be read.
+    pub allow_outside: bool,
+    /// `--effect name=on|off:reason`.
+    pub effects: Vec<crate::scene::effects::Override>,
+}
+
+/// What `run` was asked to do.
+#[derive(Clone, Debug, Default)]
+pub struct RunArgs {
+    /// Folder for the results; by default `results/` and the scene's file name.
+    pub out: Option<PathBuf>,
+    /// Overrides of the scene.
+    pub histories: Option<u64>,
+    /// See `histories`.
+    pub seed: Option<u64>,
+    /// Only these histories, a shard: whole batches of 4096.
+    pub range: Option<Range<u64>>,
+    /// Stop after this time on the clock, with what is done by then.
+    pub max_time: Option<Duration>,
+    /// Refuse a run that would need more bytes of memory than this.
+    pub max_memory: Option<u64>,
+    /// Time between checkpoints; by default a minute, or more where writing one takes long.
+    pub checkpoint_every: Option<Duration>,
+    /// Threads; 0: as many as the machine has.
+    pub threads: usize,
+    /// Existing results may be overwritten.
+    pub force: bool,
+    /// Nothing on the terminal but errors.
+    pub quiet: bool,
+    /// `result.json` on standard output.
+    pub json: bool,
+    /// The command as typed.
+    pub command_line: Vec<String>,
+}
+
+/// Writes a line to standard output.
+///
+/// # Errors
+/// A closed pipe, a full disk.
+pub fn say(text: &str) -> Result<(), Failure> {
+    let mut out = std::io::stdout().lock();
+    let told = out.write_all(text.as_bytes()).and_then(|()| {
+        if text.ends_with('\n') { Ok(()) } else { out.write_all(b"\n") }.and_then(|()| out.flush())
+    });
+    told.map_err(|e| Failure::Input(format!("error: standard output: {e}")))
+}
+
+/// Reads a scene and settles its plan.
+///
+/// # Errors
+/// Every fault of the file, rendered.
+pub fn load(args: &SceneArgs) -> Result<(Scene, Plan), Failure> {
+    let options = Options {
+        allow_outside: args.allow_outside,
+        defines: args.defines.clone(),
+        effects: args.effects.clone(),
+    };
+    let scene = scene::read(&args.path, &options)
+        .map_err(|d| Failure::Input(d.render_for_stderr().trim_end().to_owned()))?;
+    let plan = planned(&scene)?;
+    Ok((scene, plan))
+}
+
+fn planned(scene: &Scene) -> Result<Plan, Failure> {
+    Plan::new(scene).map_err(|e| Failure::Input(format!("error: {}: {e}", scene.path.display())))
+}
+
+/// `plan`: what will be simulated and why.
+///
+/// # Errors
+/// A scene that cannot be read or made.
+pub fn plan(args: &SceneArgs) -> Result<String, Failure> {
+    let (scene, plan) = load(args)?;
+    Ok(format!("{}\n{plan}", heading(&scene)))
+}
+
+/// `study effects`: every effect toggled.
+///
+/// # Errors
+/// A scene that cannot be read or run.
+pub fn study_effects(args: &SceneArgs, histories: Option<u64>) -> Result<String, Failure> {
+    let (mut scene, _) = load(args)?;
+    if let Some(n) = histories {
+        scene.run.histories = n;
+    }
+    let study = crate::study::effects::study(&scene)
+        .map_err(|e| Failure::Input(format!("error: {}: {e}", scene.path.display())))?;
+    Ok(format!("{}\n{study}", heading(&scene)))
+}
+
+fn heading(scene: &Scene) -> String {
+    format!("{} ({})", scene.name, scene.path.display())
+}
+
+/// `check`: every error and warning of the scene; optical constants at every wavelength.
+///
+/// # Errors
+/// A scene that cannot be read or made.
+pub fn check(args: &SceneArgs) -> Result<String, Failure> {
+    let (scene, plan) = load(args)?;
+    for wavelengths in &plan.groups {
+        for &nm in wavelengths {
+            scene::optics::light::<1>(&scene, &plan.media, &[nm])
+                .map_err(|e| Failure::Input(format!("error: {}: {e}", scene.path.display())))?;
+        }
+    }
+    let mut text = String::new();
+    for warning in &scene.warnings {
+        text += &format!("{}\n", warning.trim_end());
+    }
+    let n = scene.warnings.len();
+    text += &format!("{}: ok, {n} warning{}", heading(&scene), if n == 1 { "" } else { "s" });
+    Ok(text)
+}
+
+/// Processor seconds of this process so far, where the system tells (Linux; else 0).
+pub fn cpu_seconds() -> f64 {
+    // Fields 14 and 15 of /proc/self/stat, after the parenthesised name: clock ticks of 1/100 s.
+    std::fs::read_to_string("/proc/self/stat")
+        .ok()
+        .and_then(|s| {
+            let rest = s.rsplit_once(')')?.1.to_owned();
+            let f: Vec<&str> = rest.split_whitespace().collect();
+            Some((f.get(11)?.parse::<f64>().ok()? + f.get(12)?.parse::<f64>().ok()?) / 100.0)
+        })
+        .unwrap_or(0.0)
+}
+
+/// `materials`: index files whose name holds `filter`, with n and κ at three wavelengths.
+///
+/// # Errors
+/// A folder that cannot be read.
+pub fn materials(folder: &Path, filter: &str) -> Result<String, Failure> {
+    let dir = folder.join("refractive-index");
+    let listing = std::fs::read_dir(&dir).map_err(|e| {
+        Failure::Input(format!("error: {}: {e}; --from names the folder `distributions`", dir.display()))
+    })?;
+    let mut names: Vec<PathBuf> = listing
+        .filter_map(|e| e.ok().map(|e| e.path()))
+        .filter(|p| p.extension().is_some_and(|x| x == "yml"))
+        .filter(|p| p.to_string_lossy().to_lowercase().contains(&filter.to_lowercase()))
+        .collect();
+    names.sort();
+    let mut out =
+        format!("{:<26} {:>14}  {:>22}  {:>22}  {:>22}\n", "file", "range nm", "457 nm", "557 nm", "650 nm");
+    for path in names {
+        let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+        let text = std::fs::read_to_string(&path)
+            .map_err(|e| Failure::Input(format!("error: {}: {e}", path.display())))?;
+        let index = crate::material::RefractiveIndex::from_rii(&text, &name)
+            .map_err(|e| Failure::Input(format!("error: {e}")))?;
+        let at = |nm| match index.at(nm) {
+            Ok(n) if n.im == 0.0 => format!("{:.4}", n.re),
+            Ok(n) => format!("{:.4} + {:.3e} i", n.re, n.im),
+            Err(_) => "-".to_owned(),
+        };
+        let range = index.range().map_or("all".to_owned(), |(a, b)| format!("{a:.0}-{b:.0}"));
+        out += &format!("{name:<26} {range:>14}  {:>22}  {:>22}  {:>22}\n", at(457.0), at(557.0), at(650.0));
+    }
+    Ok(out)
+}
