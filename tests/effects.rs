@@ -264,3 +264,24 @@ fn in_the_scene_and_refusals() {
     let twice = with(r#"<effect name="absorption" state="on" reason="x"/>"#);
     assert!(read(&twice, &["absorption=on:y"]).unwrap_err().contains("overridden twice"));
 }
+
+/// Metals with a huge κ stay numbers: the reflectance rises to 1, nothing gets through, the ledger closes.
+#[test]
+fn a_metal_with_a_huge_kappa() {
+    let of = |kappa: &str, surface: &str| {
+        let text = slab(0.5, "", "550 nm").replace(r#"index="0.5""#, &format!(r#"index="0.5" kappa="{kappa}""#));
+        let own = format!("<surfaces><surface id=\"own\" {surface}/></surfaces>\n  <universe");
+        let text = text.replace("<universe", &own).replace("material=\"wall\"/>", "material=\"wall\" surface=\"own\"/>");
+        let done = run(&text, &[], 20_000);
+        let value = |name: &str| done.result.figures.iter().find(|f| f.name == name).unwrap().clone();
+        assert_eq!(value("transmittance").status, lightpro::report::Status::UpperBound);
+        value("reflectance").value.unwrap()
+    };
+    let rough = r#"kind="rough" m="0.3" multiple-bounce="walk""#;
+    for (kappa, least) in [("3", 0.7), ("30", 0.99), ("1e4", 0.999), ("1e9", 0.999)] {
+        for surface in ["", rough] {
+            let r = of(kappa, surface);
+            assert!((least..=1.0).contains(&r), "κ {kappa} {surface}: {r}");
+        }
+    }
+}

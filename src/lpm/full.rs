@@ -259,18 +259,20 @@ fn stay_weighted<U: Universe, S: Scorer<N>, const N: usize>(
             h.extra.optical_path += medium.n.re * distance;
         }
         pending.flight(distance);
-        if eager || !matches!(next, Next::Limit) {
+        let mut dir = path.ray.dir;
+        let ends = !matches!(next, Next::Limit);
+        if !ends {
+            dir = draws.scatter(path.ray.dir, rng);
+            pending.turned(scattering, path.ray.dir.dot(dir).clamp(-1.0, 1.0), lane);
+        }
+        // What the flight leaves behind belongs to its whole density, that of its end included.
+        if eager || ends || pending.full() {
             pending.settle(scattering, lanes, &mut path.power, h);
         }
         match &next {
             Next::Limit => {
-                let dir = draws.scatter(path.ray.dir, rng);
-                pending.turned(scattering, path.ray.dir.dot(dir).clamp(-1.0, 1.0), lane);
                 if !attenuate(world, medium, path, free, h, tally, rng) {
                     return false;
-                }
-                if eager || pending.full() {
-                    pending.settle(scattering, lanes, &mut path.power, h);
                 }
                 tally.scattered(path);
                 path.ray.dir = dir;
