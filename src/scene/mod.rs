@@ -4,6 +4,8 @@ pub mod adapters;
 mod build;
 pub mod diagnostic;
 pub mod document;
+pub mod effects;
+pub mod full;
 pub mod media;
 pub mod mixture;
 pub mod model;
