@@ -112,6 +112,11 @@ enum Command {
         #[arg(short, long)]
         out: Option<PathBuf>,
     },
+    /// Toggle what a scene simulates and compare
+    Study {
+        #[command(subcommand)]
+        what: Study,
+    },
     /// Print the XML schema of scenes
     Schema {
         /// The reference page of scenes instead
@@ -131,6 +136,18 @@ enum Command {
         /// Folder to write them into
         #[arg(short, long, default_value = ".")]
         out: PathBuf,
+    },
+}
+
+#[derive(Subcommand)]
+enum Study {
+    /// Every effect: what it changes, with intervals, and what it costs
+    Effects {
+        #[command(flatten)]
+        scene: SceneOptions,
+        /// Histories per wavelength group, instead of the scene's
+        #[arg(long, value_parser = histories)]
+        histories: Option<u64>,
     },
 }
 
@@ -179,6 +196,9 @@ struct SceneOptions {
     /// Value for a ${name} of the scene, or for an attribute: id.attribute, as in wall.index=1.53
     #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = define)]
     define: Vec<(String, String)>,
+    /// Force an effect on or off, with the reason
+    #[arg(long = "effect", value_name = "NAME=on|off:REASON", value_parser = lightpro::scene::effects::Override::parse)]
+    effects: Vec<lightpro::scene::effects::Override>,
     /// Allow files outside the scene's folder
     #[arg(long)]
     allow_outside: bool,
@@ -186,7 +206,12 @@ struct SceneOptions {
 
 impl SceneOptions {
     fn into_args(self) -> SceneArgs {
-        SceneArgs { path: self.scene, defines: self.define, allow_outside: self.allow_outside }
+        SceneArgs {
+            path: self.scene,
+            defines: self.define,
+            allow_outside: self.allow_outside,
+            effects: self.effects,
+        }
     }
 }
 
@@ -223,6 +248,9 @@ fn main() -> ExitCode {
         }
         Command::Plan { scene } => command::plan(&scene.into_args()).and_then(|t| say(&t)),
         Command::Check { scene } => command::check(&scene.into_args()).and_then(|t| say(&t)),
+        Command::Study { what: Study::Effects { scene, histories } } => {
+            command::study_effects(&scene.into_args(), histories).and_then(|t| say(&t))
+        }
         Command::Materials { filter, from } => command::materials(&from, &filter).and_then(|t| say(&t)),
         Command::Difference { first, second, out } => {
             command::difference(&first, &second, out.as_deref()).and_then(|t| say(&t))

@@ -2,6 +2,7 @@
 
 use super::directions::Directions;
 use crate::math::PI;
+use crate::run::Outcome;
 use crate::run::simulate::GroupResult;
 use crate::sap::Half;
 use crate::tally::klems;
@@ -81,18 +82,16 @@ pub fn npy(shape: &[usize], values: &[f64]) -> Vec<u8> {
 }
 
 /// Power that leaves through each pixel of the whole sphere, by half and wavelength: (value, error).
-fn maps(d: &Directions, groups: &[GroupResult], half: Half, npix: usize) -> Vec<(f64, Vec<f64>, Vec<f64>)> {
+fn maps(d: &Directions, outcome: &Outcome, half: Half, npix: usize) -> Vec<(f64, Vec<f64>, Vec<f64>)> {
     let mut out = Vec::new();
-    for group in groups {
-        for (lane, &nm) in group.wavelengths.iter().enumerate() {
-            let (mut value, mut error) = (vec![0.0; npix], vec![0.0; npix]);
-            for (p, (v, e)) in d.patches.iter().zip(d.powers(group, lane)) {
-                if p.half == half {
-                    (value[p.pix], error[p.pix]) = (v, e);
-                }
+    for (nm, group, lane) in outcome.wavelengths() {
+        let (mut value, mut error) = (vec![0.0; npix], vec![0.0; npix]);
+        for (p, (v, e)) in d.patches.iter().zip(d.powers(group, lane)) {
+            if p.half == half {
+                (value[p.pix], error[p.pix]) = (v, e);
             }
-            out.push((nm, value, error));
         }
+        out.push((nm, value, error));
     }
     out
 }
@@ -100,11 +99,11 @@ fn maps(d: &Directions, groups: &[GroupResult], half: Half, npix: usize) -> Vec<
 /// `angular_above.fits`, `.npy` and those below: name and bytes. The FITS maps hold, for each wavelength,
 /// the share of the emitted power in each pixel and its standard error; the arrays have the shape
 /// (wavelengths, 2, pixels) with the same numbers.
-pub fn angular(d: &Directions, groups: &[GroupResult], nside: u32) -> Vec<(String, Vec<u8>)> {
+pub fn angular(d: &Directions, outcome: &Outcome, nside: u32) -> Vec<(String, Vec<u8>)> {
     let npix = 12 * (nside as usize) * (nside as usize);
     let mut out = Vec::new();
     for (half, name) in [(Half::Upper, "above"), (Half::Lower, "below")] {
-        let maps = maps(d, groups, half, npix);
+        let maps = maps(d, outcome, half, npix);
         let mut columns = Vec::new();
         let mut values = Vec::new();
         for (nm, value, error) in &maps {

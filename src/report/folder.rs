@@ -30,7 +30,7 @@ pub fn write(
     folder.write("figures.csv", csv::figures(&result.figures).as_bytes())?;
     ledger(folder, result)?;
     spectrum(folder, scene, result)?;
-    super::instruments::write(folder, scene, &outcome.groups)?;
+    super::instruments::write(folder, scene, outcome)?;
     for_others(folder, scene, outcome)?;
     if let Some(first) = outcome.groups.first() {
         angular(folder, scene, first)?;
@@ -60,7 +60,7 @@ fn for_others(folder: &RunFolder, scene: &Scene, outcome: &Outcome) -> io::Resul
     let (Some(directions), Some(hp)) = (Directions::leaving(scene, first), &first.layout.angular) else {
         return Ok(());
     };
-    for (name, bytes) in super::files::angular(&directions, &outcome.groups, hp.nside()) {
+    for (name, bytes) in super::files::angular(&directions, outcome, hp.nside()) {
         folder.write(&name, &bytes)?;
     }
     let rows: Vec<_> = outcome

@@ -186,7 +186,7 @@ impl Report<'_> {
                 figures.push((format!("{name}: by component, ± one standard error."), inline(&plot)));
             }
         }
-        for t in instruments::tables(first.scene, &first.outcome.groups) {
+        for t in instruments::tables(first.outcome) {
             let svg = svg_only(&t.svg(&first.scene.name));
             figures.push((format!("{}.csv holds all wavelengths.", t.stem), svg));
         }

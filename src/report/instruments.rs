@@ -6,6 +6,7 @@ use super::plot::{Curve, LinePlot, Plot};
 use super::{Figure, RunFolder, Status};
 use crate::math::{PI, pow};
 use crate::optics::reflectance::interpolation;
+use crate::run::Outcome;
 use crate::run::simulate::GroupResult;
 use crate::scene::{Halftone, Scene, Source};
 use crate::stats::jackknife;
@@ -218,12 +219,12 @@ pub struct CurveRow {
     pub error: f64,
 }
 
-/// Writes tables and plots of lateral spread and flight, for all wavelengths of `group`.
+/// Writes tables and plots of lateral spread and flight, for all wavelengths.
 ///
 /// # Errors
 /// What the file system says.
-pub fn write(folder: &RunFolder, scene: &Scene, groups: &[GroupResult]) -> io::Result<()> {
-    for t in tables(scene, groups) {
+pub fn write(folder: &RunFolder, scene: &Scene, outcome: &Outcome) -> io::Result<()> {
+    for t in tables(outcome) {
         let plot = Plot { svg: t.svg(&scene.name), csv: table(&t.rows) };
         plot.write(folder, t.stem)?;
     }
@@ -266,7 +267,7 @@ impl CurveTable {
 }
 
 /// The tables of all detectors with curves.
-pub fn tables(_scene: &Scene, groups: &[GroupResult]) -> Vec<CurveTable> {
+pub fn tables(outcome: &Outcome) -> Vec<CurveTable> {
     let mut psf = CurveTable {
         stem: "point_spread",
         title: "Point spread",
@@ -302,27 +303,25 @@ pub fn tables(_scene: &Scene, groups: &[GroupResult]) -> Vec<CurveTable> {
         y: ("share per time", "1/ps"),
         rows: Vec::new(),
     };
-    for group in groups {
-        for (lane, &nm) in group.wavelengths.iter().enumerate() {
-            for (face, light) in FACES {
-                if group.moments(face_cell(&group.layout, face), lane).mean() == 0.0 {
-                    continue;
-                }
-                let row = |from, to, value, error| CurveRow {
-                    wavelength_nm: nm,
-                    light: light.to_owned(),
-                    from,
-                    to,
-                    value,
-                    error,
-                };
-                psf.rows.extend(rings(group, lane, face).map(|(f, t, v, e)| row(f, t, v, e)));
-                edge.rows.extend(edges(group, lane, face).into_iter().map(|(x, v, e)| row(x, Some(x), v, e)));
-                let points = mtf(group, lane, face).unwrap_or_default();
-                transfer.rows.extend(points.into_iter().map(|(f, v, e)| row(1e3 * f, Some(1e3 * f), v, e)));
-                paths.rows.extend(bins(group, lane, face, false).map(|(f, t, v, e)| row(f, t, v, e)));
-                times.rows.extend(bins(group, lane, face, true).map(|(f, t, v, e)| row(f, t, v, e)));
+    for (nm, group, lane) in outcome.wavelengths() {
+        for (face, light) in FACES {
+            if group.moments(face_cell(&group.layout, face), lane).mean() == 0.0 {
+                continue;
             }
+            let row = |from, to, value, error| CurveRow {
+                wavelength_nm: nm,
+                light: light.to_owned(),
+                from,
+                to,
+                value,
+                error,
+            };
+            psf.rows.extend(rings(group, lane, face).map(|(f, t, v, e)| row(f, t, v, e)));
+            edge.rows.extend(edges(group, lane, face).into_iter().map(|(x, v, e)| row(x, Some(x), v, e)));
+            let points = mtf(group, lane, face).unwrap_or_default();
+            transfer.rows.extend(points.into_iter().map(|(f, v, e)| row(1e3 * f, Some(1e3 * f), v, e)));
+            paths.rows.extend(bins(group, lane, face, false).map(|(f, t, v, e)| row(f, t, v, e)));
+            times.rows.extend(bins(group, lane, face, true).map(|(f, t, v, e)| row(f, t, v, e)));
         }
     }
     [psf, edge, transfer, paths, times].into_iter().filter(|t| !t.rows.is_empty()).collect()

@@ -13,6 +13,7 @@ pub mod files;
 pub mod instruments;
 pub mod difference;
 pub mod directions;
+pub mod fluorescence;
 pub mod folder;
 pub mod html;
 

@@ -4,6 +4,8 @@
 //! Layout, little-endian: `LPCHECK` and the version of the format (1 byte), length of the packed
 //! payload (u64), its FNV-1a hash (u64), length of the payload (u64), the payload packed by zlib.
 
+#![cfg_attr(not(test), warn(clippy::indexing_slicing))]
+
 use super::BATCH;
 use super::simulate::State;
 use super::sums::{Fate, RECORDS, Sums, Troubled};
@@ -18,7 +20,7 @@ use std::ops::Range;
 use std::path::PathBuf;
 
 const MAGIC: &[u8; 7] = b"LPCHECK";
-const VERSION: u8 = 1;
+const VERSION: u8 = 2;
 
 /// What a run is: two parts with the same identity (but for their ranges) are parts of one run.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -31,6 +33,8 @@ pub struct Identity {
     pub defines: Vec<(String, String)>,
     /// Files outside the scene's folder may be read.
     pub allow_outside: bool,
+    /// `--effect name=on|off:reason`.
+    pub effects: Vec<String>,
     /// Names and hashes of all files that the scene is made of.
     pub files: Vec<(String, u64)>,
     /// Seed.
@@ -59,6 +63,7 @@ impl Identity {
             scene: path,
             defines: defines.to_vec(),
             allow_outside,
+            effects: scene.overrides.iter().filter(|o| o.flag).map(ToString::to_string).collect(),
             files: scene.files.iter().map(file).collect(),
             seed: scene.run.seed,
             histories: scene.run.histories,
@@ -74,6 +79,9 @@ impl Identity {
         }
         if self.defines != other.defines {
             return Some("other -D values".to_owned());
+        }
+        if self.effects != other.effects {
+            return Some("other effects forced".to_owned());
         }
         if let Some((f, _)) = self.files.iter().zip(&other.files).find(|(a, b)| a.1 != b.1) {
             return Some(format!("the file {} has changed", f.0));
@@ -136,7 +144,7 @@ pub fn from_bytes(bytes: &[u8]) -> Result<Checkpoint, String> {
     if head.take(MAGIC.len()).ok() != Some(MAGIC) {
         return Err("not a checkpoint".to_owned());
     }
-    let version = head.take(1)?[0];
+    let version = head.take(1)?.first().copied().unwrap_or_default();
     if version != VERSION {
         return Err(format!("format {version} of another version of the program (this one reads {VERSION})"));
     }
@@ -189,7 +197,7 @@ pub fn decode(payload: &[u8]) -> Result<Checkpoint, String> {
         }
         state.push(fold);
     }
-    if !aligned || !r.0.is_empty() || state.iter().any(|f| f.next() != state[0].next()) {
+    if !aligned || !r.0.is_empty() || state.windows(2).any(|w| matches!(w, [a, b] if a.next() != b.next())) {
         return Err("damaged: its parts contradict each other".to_owned());
     }
     Ok(Checkpoint { identity, state })
@@ -224,6 +232,8 @@ impl Writer {
             self.text(value);
         }
         self.number(u64::from(i.allow_outside));
+        self.number(i.effects.len() as u64);
+        i.effects.iter().for_each(|e| self.text(e));
         self.number(i.files.len() as u64);
         for (name, hash) in &i.files {
             self.text(name);
@@ -234,23 +244,36 @@ impl Writer {
     fn node(&mut self, n: &stats::Node<Sums>) {
         self.number(n.first);
         self.number(u64::from(n.level));
-        let node = &n.value.node;
-        let k = node.kept;
-        let counters = [node.histories, node.batches, node.events, node.lost, node.capped, node.samples];
-        counters.into_iter().chain([k.bodies, k.segments, k.bytes, k.pockets]).for_each(|n| self.number(n));
-        self.float(node.worst_imbalance);
-        self.number(node.single.len() as u64);
-        node.single.iter().flatten().for_each(|x| self.float(*x));
-        self.number(node.sums.len() as u64);
-        node.sums.iter().flatten().for_each(|x| self.float(*x));
-        self.number(node.replicas.len() as u64);
-        for (replica, (samples, sums)) in &node.replicas {
+        // Every field by name: a new one that is not stored does not compile.
+        let Sums { node, troubled } = &n.value;
+        let Node {
+            histories,
+            batches,
+            events,
+            worst_imbalance,
+            lost,
+            capped,
+            samples,
+            single,
+            kept: Kept { bodies, segments, bytes, pockets },
+            sums,
+            replicas,
+        } = node;
+        let counters = [histories, batches, events, lost, capped, samples, bodies, segments, bytes, pockets];
+        counters.into_iter().for_each(|n| self.number(*n));
+        self.float(*worst_imbalance);
+        self.number(single.len() as u64);
+        single.iter().flatten().for_each(|x| self.float(*x));
+        self.number(sums.len() as u64);
+        sums.iter().flatten().for_each(|x| self.float(*x));
+        self.number(replicas.len() as u64);
+        for (replica, (samples, sums)) in replicas {
             self.number(u64::from(*replica));
             self.number(*samples);
             sums.iter().for_each(|x| self.float(*x));
         }
-        self.number(n.value.troubled.len() as u64);
-        for t in &n.value.troubled {
+        self.number(troubled.len() as u64);
+        for t in troubled {
             self.number(t.history);
             self.number(match t.fate {
                 Fate::Lost => 0,
@@ -305,6 +328,7 @@ impl<'a> Reader<'a> {
             scene: PathBuf::from(self.text()?),
             defines: self.list(16, |r| Ok((r.text()?, r.text()?)))?,
             allow_outside: self.number()? != 0,
+            effects: self.list(8, Self::text)?,
             files: self.list(16, |r| Ok((r.text()?, r.number()?)))?,
             seed: self.number()?,
             histories: self.number()?,

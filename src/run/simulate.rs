@@ -6,11 +6,12 @@ use super::sums::{Sums, Troubled};
 use super::workers::{Fault, Watch, work};
 use super::{BATCH, Histories};
 use crate::lpm::split::Split;
-use crate::lpm::{History, LANES, Light, World, look};
+use crate::lpm::{Full, History, LANES, Light, World, look};
 use crate::math::{DVec3, cos};
 use crate::sap::Healpix;
+use crate::scene::effects::Kind;
 use crate::scene::plan::Plan;
-use crate::scene::{Branching, OpticsGeometry, PaperOptics, Scene, Universe as Where, optics};
+use crate::scene::{Branching, OpticsGeometry, PaperOptics, Scene, Universe as Where, full, optics};
 use crate::source::Source;
 use crate::stats::{Fold, Moments};
 use crate::tally::detectors::{self, Aperture, Flight, Lateral};
@@ -31,6 +32,8 @@ pub struct GroupResult {
     pub node: Node,
     /// Cells.
     pub layout: Layout,
+    /// Lane of the light that excites, where events change the wavelength.
+    pub excited: Option<usize>,
     /// The first histories that went wrong.
     pub troubled: Vec<Troubled>,
 }
@@ -55,9 +58,14 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// (wavelength, group, lane) over all wavelengths.
+    /// (wavelength, group, lane) over all wavelengths; where events change the wavelength, light that
+    /// comes out as it went in.
     pub fn wavelengths(&self) -> impl Iterator<Item = (f64, &GroupResult, usize)> {
-        self.groups.iter().flat_map(|g| g.wavelengths.iter().enumerate().map(move |(i, &w)| (w, g, i)))
+        let own = |g: &GroupResult, lane: usize| g.excited.is_none_or(|e| e == lane);
+        self.groups.iter().flat_map(move |g| {
+            let lanes = g.wavelengths.iter().enumerate().filter(move |(i, _)| own(g, *i));
+            lanes.map(move |(i, &w)| (w, g, i))
+        })
     }
 
     /// Histories with lost power, and with power cut by the event cap.
@@ -117,6 +125,7 @@ struct Ready<'a, U: Universe, const N: usize> {
     universe: &'a U,
     light: Light<N>,
     split: Option<Split>,
+    full: Option<Full<N>>,
     layout: Layout,
     histories: Histories,
 }
@@ -142,12 +151,14 @@ impl<U: Universe, const N: usize> Ready<'_, U, N> {
             bottom: self.plan.bottom,
             backing: backing(self.scene),
             analog: !self.scene.run.implicit_capture,
+            full: self.full.as_ref(),
         };
         what(&Traced {
             world: &world,
             source: &self.plan.source,
             layout: &self.layout,
             histories: self.histories,
+            generator: self.scene.run.generator,
         })
     }
 }
@@ -185,6 +196,7 @@ pub(super) fn groups<'a>(scene: &'a Scene, plan: &'a Plan) -> Result<Vec<Box<dyn
             AnyUniverse::Lazy(u) => lanes(scene, plan, u, w, g),
             AnyUniverse::Mixture(u) => lanes(scene, plan, u, w, g),
             AnyUniverse::Synthetic(u) => lanes(scene, plan, u, w, g),
+            AnyUniverse::Realised(u) => lanes(scene, plan, u, w, g),
             AnyUniverse::Voxel(u) => lanes(scene, plan, u, w, g),
         }
     };
@@ -198,7 +210,7 @@ fn lanes<'a, U: Universe>(
     wavelengths: &[f64],
     group: u64,
 ) -> Result<Box<dyn Group + 'a>, String> {
-    Ok(if wavelengths.len() == 1 {
+    Ok(if wavelengths.len() == 1 && !plan.full {
         Box::new(one::<U, 1>(scene, plan, universe, wavelengths, group)?)
     } else {
         Box::new(one::<U, LANES>(scene, plan, universe, wavelengths, group)?)
@@ -217,9 +229,10 @@ fn one<'a, U: Universe, const N: usize>(
         Branching::Split { nside, floor } => Some(optics::split(&light, nside, floor)?),
         Branching::Sample => None,
     };
+    let full = plan.full.then(|| full::full(scene, plan, wavelengths, group as usize)).transpose()?;
     let layout = layout(scene, plan, wavelengths)?;
     let histories = Histories { seed: scene.run.seed, group, count: scene.run.histories };
-    Ok(Ready { scene, plan, universe, light, split, layout, histories })
+    Ok(Ready { scene, plan, universe, light, split, full, layout, histories })
 }
 
 /// Sums of a run so far, a fold per wavelength group.
@@ -288,7 +301,8 @@ pub fn outcome(scene: &Scene, plan: &Plan, state: State, range: Range<u64>) -> R
     for (fold, wavelengths) in state.into_iter().zip(&plan.groups) {
         let layout = layout(scene, plan, wavelengths)?;
         if let Some(Sums { node, troubled }) = fold.finish() {
-            groups.push(GroupResult { wavelengths: wavelengths.clone(), node, layout, troubled });
+            let excited = plan.converts.then_some(groups.len());
+            groups.push(GroupResult { wavelengths: wavelengths.clone(), node, layout, excited, troubled });
         }
     }
     Ok(Outcome { groups, histories: range.end - range.start, complete })
@@ -313,6 +327,7 @@ impl Progress {
 fn backing(scene: &Scene) -> Option<f64> {
     match &scene.universe {
         Where::Statistical(sheet) => sheet.backing,
+        Where::Realised(realised) => realised.sheet.backing,
         Where::Mixture(mixture) => mixture.backing,
         Where::Synthetic(_) | Where::Voxel(_) => None,
     }
@@ -331,6 +346,7 @@ pub(super) fn layout(scene: &Scene, plan: &Plan, wavelengths: &[f64]) -> Result<
         depth: scene.detect.depth.map(|bins| Depth { bins, top: plan.top, bottom: plan.bottom }),
         checkpoint: scene.detect.checkpoint,
         path: scene.detect.path,
+        time: scene.has(Kind::Time),
         view,
         // A backing below a gap is counted as one more sheet.
         pile: scene.optics.as_ref().map_or(1, |o| if o.backing.is_some() { 2 } else { o.pile }),

@@ -1,5 +1,6 @@
 //! Whether a scene is reciprocal, so that 0/d may stand for d/0.
 
+use super::effects::Kind;
 use super::model::{self, Memory, MultipleBounce, Ratio, SapFrame, Scene, SurfaceKind, Universe};
 
 /// What proves that light may be turned round, f(i, o) = f(o, i) in the mean over realisations; else what
@@ -13,7 +14,7 @@ use super::model::{self, Memory, MultipleBounce, Ratio, SapFrame, Scene, Surface
 /// The first thing found that is not proven to be reciprocal.
 pub fn reciprocal(scene: &Scene) -> Result<&'static str, String> {
     match &scene.universe {
-        Universe::Synthetic(_) => {}
+        Universe::Synthetic(_) | Universe::Realised(_) => {}
         Universe::Statistical(s) => match s.memory {
             Memory::Full | Memory::Homogeneous => {}
             _ => return Err("a rung that forgets bodies meets others on the way back".to_owned()),
@@ -21,6 +22,11 @@ pub fn reciprocal(scene: &Scene) -> Result<&'static str, String> {
         Universe::Mixture(_) => return Err("mixtures of layers are not proven to be".to_owned()),
         Universe::Voxel(_) => {
             return Err("smoothed normals of voxels are not those of their faces".to_owned());
+        }
+    }
+    for kind in [Kind::Fluorescence, Kind::Shifts, Kind::Polarisation, Kind::Bounces] {
+        if scene.has(kind) {
+            return Err(format!("it is not shown for the effect '{}'", kind.name()));
         }
     }
     for m in &scene.materials {

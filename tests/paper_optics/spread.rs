@@ -17,7 +17,7 @@ fn gap(detect: &str) -> String {
 }
 
 fn curve(done: &Finished, stem: &str) -> Vec<CurveRow> {
-    let all = tables(&done.scene, &done.outcome.groups);
+    let all = tables(&done.outcome);
     all.into_iter().find(|t| t.stem == stem).unwrap_or_else(|| panic!("no {stem}")).rows
 }
 

@@ -35,6 +35,7 @@ fn reflected<U: Universe>(
         backing: None,
         gap: None,
         analog: false,
+        full: None,
     };
     let layout = crate::transport::layout(light.media.len());
     let node =
@@ -119,6 +120,7 @@ fn hit_share(row: &Row, radius: f64) -> Check {
         backing: None,
         gap: None,
         analog: false,
+        full: None,
     };
     let layout = crate::transport::layout(2);
     let node =

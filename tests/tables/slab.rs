@@ -93,6 +93,7 @@ impl Case {
             backing: self.backing,
             gap: None,
             analog: false,
+            full: None,
         }
     }
 

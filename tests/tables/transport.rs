@@ -188,6 +188,7 @@ pub fn layout(media: usize) -> Layout {
         depth: None,
         checkpoint: None,
         path: true,
+        time: false,
         view: None,
         pile: 1,
         detectors: Default::default(),
@@ -212,6 +213,7 @@ pub fn world<'a, U: Universe, const N: usize>(
         backing: None,
         gap: None,
         analog: false,
+        full: None,
     }
 }
 
