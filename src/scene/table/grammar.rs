@@ -274,7 +274,7 @@ const RUN: &[A] = &[
     a("roulette", Number(Q::Number), Range::below(0.0, 1.0), Default("1e-3"), "Roulette below this share of the start power."),
     a("histories-per-realisation", Number(Q::Count), Range::closed(1.0, 4096.0), Default("1"), "Memory `full`: so many histories (a power of two) share one realisation, and the variance between realisations is told apart."),
     a("event-cap", Number(Q::Count), Range::closed(1.0, 1e12), Default("1e6"), "Guard on the events of one history."),
-    w("rng", Choice(&["pcg64dxsm", "philox"]), Default("pcg64dxsm"), "Family of the generator; another one is a check that no result leans on it, and slower."),
+    w("rng", Choice(&["pcg64dxsm", "philox"]), Default("pcg64dxsm"), "Family of the generator; another one is a check that no result leans on it, slower, and needs a build with the feature philox."),
     w("absorption", Choice(&["implicit", "analog"]), Default("implicit"), "Absorption as weight along the path, or as the end of the ray."),
 ];
 
