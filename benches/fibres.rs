@@ -80,6 +80,7 @@ fn case<'a>(universe: &'a StatisticalUniverse, light: &'a Light<1>) -> Case<'a, 
         bottom: 0.0,
         backing: None,
         analog: false,
+        full: None,
     };
     let source = Source::diffuse(DVec3::new(0.0, 0.0, HEIGHT), 0.0);
     Case { world, source, histories: 10_000 }

@@ -156,6 +156,7 @@ fn time<U: Universe>(sheet: &Sheet, universe: &U, kept: impl Fn(&U::Memory) -> [
         bottom: 0.0,
         backing: None,
         analog: false,
+        full: None,
     };
     let source = Source::diffuse(DVec3::new(0.0, 0.0, sheet.height), 0.0);
     let mut h = History::default();

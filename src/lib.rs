@@ -28,4 +28,5 @@ pub mod scene;
 pub mod optics;
 pub mod run;
 pub mod report;
+pub mod study;
 pub mod command;

@@ -98,11 +98,28 @@ enum Command {
         #[arg(long, default_value = "distributions")]
         from: PathBuf,
     },
+    /// Toggle what a scene simulates and compare
+    Study {
+        #[command(subcommand)]
+        what: Study,
+    },
     /// Print the XML schema of scenes
     Schema {
         /// The reference page of scenes instead
         #[arg(long)]
         markdown: bool,
+    },
+}
+
+#[derive(Subcommand)]
+enum Study {
+    /// Every effect: what it changes, with intervals, and what it costs
+    Effects {
+        #[command(flatten)]
+        scene: SceneOptions,
+        /// Histories per wavelength group, instead of the scene's
+        #[arg(long, value_parser = histories)]
+        histories: Option<u64>,
     },
 }
 
@@ -151,6 +168,9 @@ struct SceneOptions {
     /// Value for a ${name} of the scene
     #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = define)]
     define: Vec<(String, String)>,
+    /// Force an effect on or off, with the reason
+    #[arg(long = "effect", value_name = "NAME=on|off:REASON", value_parser = lightpro::scene::effects::Override::parse)]
+    effects: Vec<lightpro::scene::effects::Override>,
     /// Allow files outside the scene's folder
     #[arg(long)]
     allow_outside: bool,
@@ -158,7 +178,12 @@ struct SceneOptions {
 
 impl SceneOptions {
     fn into_args(self) -> SceneArgs {
-        SceneArgs { path: self.scene, defines: self.define, allow_outside: self.allow_outside }
+        SceneArgs {
+            path: self.scene,
+            defines: self.define,
+            allow_outside: self.allow_outside,
+            effects: self.effects,
+        }
     }
 }
 
@@ -192,6 +217,9 @@ fn main() -> ExitCode {
         }
         Command::Plan { scene } => command::plan(&scene.into_args()).and_then(|t| say(&t)),
         Command::Check { scene } => command::check(&scene.into_args()).and_then(|t| say(&t)),
+        Command::Study { what: Study::Effects { scene, histories } } => {
+            command::study_effects(&scene.into_args(), histories).and_then(|t| say(&t))
+        }
         Command::Materials { filter, from } => command::materials(&from, &filter).and_then(|t| say(&t)),
         Command::Schema { markdown } => {
             use lightpro::scene::table;

@@ -265,6 +265,7 @@ fn checkpoints() {
         lightpro: "0".into(),
         scene: "s.xml".into(),
         defines: vec![("a".into(), "b".into())],
+        effects: Vec::new(),
         allow_outside: false,
         files: vec![("s.xml".into(), 7)],
         seed: 1,

@@ -126,6 +126,7 @@ impl<U: Universe> Case<'_, U> {
             depth: None,
             checkpoint: None,
             path: false,
+            time: false,
             view: None,
             pile: 1,
         }

@@ -5,6 +5,7 @@ use crate::report::RunFolder;
 use crate::run::checkpoint::{self, Checkpoint, Identity};
 use crate::run::limits;
 use crate::scene::Scene;
+use crate::scene::effects::Override;
 use crate::scene::plan::Plan;
 use std::path::Path;
 
@@ -25,6 +26,7 @@ pub fn scene_of(identity: &Identity) -> Result<(Scene, Plan), Failure> {
         path: identity.scene.clone(),
         defines: identity.defines.clone(),
         allow_outside: identity.allow_outside,
+        effects: identity.effects.iter().filter_map(|e| Override::parse(e).ok()).collect(),
     };
     let (mut scene, _) = load(&args)?;
     scene.run.histories = identity.histories;

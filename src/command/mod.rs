@@ -61,6 +61,8 @@ pub struct SceneArgs {
     pub defines: Vec<(String, String)>,
     /// Files outside the scene's folder may be read.
     pub allow_outside: bool,
+    /// `--effect name=on|off:reason`.
+    pub effects: Vec<crate::scene::effects::Override>,
 }
 
 /// What `run` was asked to do.
@@ -109,7 +111,11 @@ pub fn say(text: &str) -> Result<(), Failure> {
 /// # Errors
 /// Every fault of the file, rendered.
 pub fn load(args: &SceneArgs) -> Result<(Scene, Plan), Failure> {
-    let options = Options { allow_outside: args.allow_outside, defines: args.defines.clone() };
+    let options = Options {
+        allow_outside: args.allow_outside,
+        defines: args.defines.clone(),
+        effects: args.effects.clone(),
+    };
     let scene = scene::read(&args.path, &options)
         .map_err(|d| Failure::Input(d.render_for_stderr().trim_end().to_owned()))?;
     let plan = planned(&scene)?;
@@ -127,6 +133,20 @@ fn planned(scene: &Scene) -> Result<Plan, Failure> {
 pub fn plan(args: &SceneArgs) -> Result<String, Failure> {
     let (scene, plan) = load(args)?;
     Ok(format!("{}\n{plan}", heading(&scene)))
+}
+
+/// `study effects`: every effect toggled.
+///
+/// # Errors
+/// A scene that cannot be read or run.
+pub fn study_effects(args: &SceneArgs, histories: Option<u64>) -> Result<String, Failure> {
+    let (mut scene, _) = load(args)?;
+    if let Some(n) = histories {
+        scene.run.histories = n;
+    }
+    let study = crate::study::effects::study(&scene)
+        .map_err(|e| Failure::Input(format!("error: {}: {e}", scene.path.display())))?;
+    Ok(format!("{}\n{study}", heading(&scene)))
 }
 
 fn heading(scene: &Scene) -> String {

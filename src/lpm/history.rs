@@ -1,5 +1,6 @@
 //! The event loop: one history from source to fate.
 
+use super::full::{self, Extra, Full};
 use super::ledger::{Ledger, add, largest, scaled};
 use super::light::{Light, Medium};
 use super::surface::{Fate, Meeting};
@@ -30,6 +31,8 @@ pub struct World<'a, U: Universe, const N: usize> {
     pub backing: Option<f64>,
     /// Analog absorption: a ray is absorbed as a whole or not at all (one lane only).
     pub analog: bool,
+    /// Effects of the full loop (spectral loop only: N > 1).
+    pub full: Option<&'a Full<N>>,
 }
 
 /// A ray on its way.
@@ -70,6 +73,10 @@ pub trait Scorer<const N: usize> {
     fn absorbed_at<P>(&mut self, _path: &Path<P, N>, _beyond: Option<MediumId>, _power: &[f64; N]) {}
     /// Power leaves the first sheet (or the scene) for the first time.
     fn leaves<P>(&mut self, _path: &Path<P, N>, _face: Face) {}
+    /// The same in the full loop: what the path carries beside its power.
+    fn leaves_full<P>(&mut self, path: &Path<P, N>, face: Face, _extra: &Extra<N>) {
+        self.leaves(path, face);
+    }
     /// Power leaves the top of a pile after having been below the first sheet.
     fn leaves_pile<P>(&mut self, _path: &Path<P, N>) {}
     /// The universe has no answer where the path stands.
@@ -89,6 +96,10 @@ pub struct History<U: Universe, const N: usize> {
     pub events: u64,
     /// The next history shares the realisation of the last.
     pub continues: bool,
+    /// Number of the history: which wavelength draws, where they take turns.
+    pub number: u64,
+    /// What the full loop carries beside the power.
+    pub extra: Extra<N>,
 }
 
 impl<U: Universe, const N: usize> Default for History<U, N> {
@@ -99,6 +110,8 @@ impl<U: Universe, const N: usize> Default for History<U, N> {
             ledger: Ledger::default(),
             events: 0,
             continues: false,
+            number: 0,
+            extra: Extra::default(),
         }
     }
 }
@@ -123,6 +136,14 @@ pub fn trace<U: Universe, S: Scorer<N>, const N: usize>(
     let start = world.universe.enter(&ray, &mut h.memory, rng);
     let mut path =
         Path { ray, place: start.place, medium: start.medium, power: [1.0; N], sheet: 0, deepest: 0 };
+    if N > 1
+        && let Some(full) = world.full
+    {
+        (h.extra, path.power) = full.start(&ray, h.number, world.light.lanes);
+        h.ledger.emitted = path.power;
+        while full::stay(world, full, &mut path, h, tally, rng) {}
+        return;
+    }
     let Some(split) = world.split else {
         while stay(world, &mut path, h, tally, rng) {}
         return;
@@ -136,7 +157,7 @@ pub fn trace<U: Universe, S: Scorer<N>, const N: usize>(
 
 /// Counts an event; false, and the power is truncated, past the cap.
 #[inline]
-fn counted<U: Universe, const N: usize>(
+pub(super) fn counted<U: Universe, const N: usize>(
     world: &World<U, N>,
     path: &Path<U::Place, N>,
     h: &mut History<U, N>,
@@ -200,7 +221,7 @@ fn stay<U: Universe, S: Scorer<N>, const N: usize>(
 /// The last flight before a face of the sheet, and what happens there.
 #[inline(never)]
 #[allow(clippy::too_many_arguments)]
-fn leave<U: Universe, S: Scorer<N>, const N: usize>(
+pub(super) fn leave<U: Universe, S: Scorer<N>, const N: usize>(
     world: &World<U, N>,
     medium: &Medium<N>,
     path: &mut Path<U::Place, N>,
@@ -339,10 +360,16 @@ pub fn edge<U: Universe, S: Scorer<N>, const N: usize>(
         let s2 = rng.uniform();
         let s = s2.sqrt();
         let up = DVec3::new(s * cos, s * sin, (1.0 - s2).sqrt());
+        if N > 1 && world.full.is_some() {
+            h.extra.state = super::polarised::State::none(up);
+        }
         return rg > 0.0 && enter_again(world, path, up, true, h, rng);
     }
     if path.single() {
-        tally.leaves(path, face);
+        match world.full {
+            Some(full) if N > 1 => full::leaves(full, path, face, h, tally),
+            _ => tally.leaves(path, face),
+        }
     }
     match face {
         Face::Top if path.sheet > 0 => {
@@ -387,14 +414,20 @@ fn enter_again<U: Universe, const N: usize>(
 /// Unbiased roulette of weak rays: survival with probability 0.1 at tenfold power. Looks at the largest
 /// lane.
 #[inline]
-fn roulette<U: Universe, const N: usize>(
+pub(super) fn roulette<U: Universe, const N: usize>(
     world: &World<U, N>,
     path: &mut Path<U::Place, N>,
     h: &mut History<U, N>,
     rng: &mut Stream,
 ) -> bool {
     const SURVIVAL: f64 = 0.1;
-    let power = largest(&path.power);
+    let power = match world.full {
+        // Lanes that go together by weights differ up to N-fold: their mean.
+        Some(full) if N > 1 && full.lanes == full::Lanes::Weighted => {
+            path.power.iter().take(world.light.lanes).sum::<f64>() / world.light.lanes as f64
+        }
+        _ => largest(&path.power),
+    };
     if power >= world.roulette {
         return true;
     }

@@ -1,7 +1,7 @@
 //! Where the power of a history went.
 
 /// Powers of one history, one entry per wavelength lane, relative to the emitted power:
-/// 1 = absorbed + escaped + roulette + masked + lost + truncated, to rounding.
+/// 1 = absorbed + escaped + roulette + masked + lost + truncated + converted, to rounding.
 #[derive(Clone, Debug)]
 pub struct Ledger<const N: usize> {
     /// Absorbed in media and at opaque surfaces and backings.
@@ -16,12 +16,26 @@ pub struct Ledger<const N: usize> {
     pub lost: [f64; N],
     /// Stopped by the event cap.
     pub truncated: [f64; N],
+    /// Moved to other lanes by events that change the wavelength, less what came from them; the sum over
+    /// all lanes is 0. Spectral loop only.
+    pub converted: [f64; N],
+    /// Emitted: 1, but 0 in lanes that the history gets its power in by conversion only.
+    pub emitted: [f64; N],
 }
 
 impl<const N: usize> Default for Ledger<N> {
     fn default() -> Self {
         let z = [0.0; N];
-        Ledger { absorbed: z, escaped: z, roulette: z, masked: z, lost: z, truncated: z }
+        Ledger {
+            absorbed: z,
+            escaped: z,
+            roulette: z,
+            masked: z,
+            lost: z,
+            truncated: z,
+            converted: z,
+            emitted: [1.0; N],
+        }
     }
 }
 
@@ -31,12 +45,13 @@ impl<const N: usize> Ledger<N> {
     pub fn rare(&self) -> bool {
         let rare = |i: usize| {
             let (a, b) = (self.roulette[i] != 0.0, self.masked[i] != 0.0);
-            a | b | (self.lost[i] != 0.0) | (self.truncated[i] != 0.0)
+            let changed = N > 1 && self.converted[i] != 0.0;
+            a | b | (self.lost[i] != 0.0) | (self.truncated[i] != 0.0) | changed
         };
         (0..N).any(rare)
     }
 
-    /// |1 − sum of all entries|, the worst lane of the first `lanes`.
+    /// |emitted − sum of all entries|, the worst lane of the first `lanes`.
     pub fn imbalance(&self, lanes: usize) -> f64 {
         (0..lanes)
             .map(|i| {
@@ -46,7 +61,14 @@ impl<const N: usize> Ledger<N> {
                     + self.masked[i]
                     + self.lost[i]
                     + self.truncated[i];
-                (1.0 - sum).abs()
+                if N > 1 {
+                    // Weights between wavelengths move up to N times the power in and out: their rounding
+                    // counts against that.
+                    let moved = 1.0 + self.roulette[i].abs();
+                    (self.emitted[i] - sum - self.converted[i]).abs() / moved
+                } else {
+                    (1.0 - sum).abs()
+                }
             })
             .fold(0.0, f64::max)
     }
@@ -63,7 +85,11 @@ pub fn add<const N: usize>(to: &mut [f64; N], w: &[f64; N]) {
 /// Multiplies every lane.
 #[inline]
 pub fn scaled<const N: usize>(w: &[f64; N], f: f64) -> [f64; N] {
-    w.map(|x| x * f)
+    let mut out = [0.0; N];
+    for (o, x) in out.iter_mut().zip(w) {
+        *o = x * f;
+    }
+    out
 }
 
 /// The largest lane.

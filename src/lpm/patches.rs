@@ -391,7 +391,9 @@ fn standing_density(directions: &Directions, o: DVec3) -> f64 {
 /// Local density of the reflected SAP.
 pub fn reflected_density(directions: &Directions, o: DVec3) -> f64 {
     match directions {
-        Directions::Facets { law, .. } => law.reflected_density(DVec3::Z, o, Masking::Separable),
+        Directions::Facets { law, .. } | Directions::Walk(law) => {
+            law.reflected_density(DVec3::Z, o, Masking::Separable)
+        }
         other => standing_density(other, o),
     }
 }
@@ -399,7 +401,9 @@ pub fn reflected_density(directions: &Directions, o: DVec3) -> f64 {
 /// Local density of the refracted SAP.
 pub fn refracted_density(directions: &Directions, o: DVec3, eta: f64) -> f64 {
     match directions {
-        Directions::Facets { law, .. } => law.transmitted_density(DVec3::Z, DVec3::new(o.x, o.y, -o.z), eta),
+        Directions::Facets { law, .. } | Directions::Walk(law) => {
+            law.transmitted_density(DVec3::Z, DVec3::new(o.x, o.y, -o.z), eta)
+        }
         other => standing_density(other, o),
     }
 }

@@ -3,12 +3,14 @@
 
 use super::ledger::{Ledger, add};
 use super::light::Medium;
+use crate::material::film::Airy;
 use crate::material::fresnel::{self, NormalComponents};
 use crate::math::frame::renormalise;
 use crate::math::{DVec3, Frame};
 use crate::microfacet::{Masking, Microfacet, reflect_about, refract_about};
 use crate::rng::Stream;
 use crate::universe::Interface;
+use num_complex::Complex64;
 
 /// An interface as a ray meets it.
 #[derive(Clone, Copy, Debug)]
@@ -61,6 +63,13 @@ pub enum Ratio<const N: usize> {
     PaperAmplitude,
     /// The same at every angle, by lane.
     Constant([f64; N]),
+    /// Fresnel with a thin film between: its real index, and its thickness in vacuum wavelengths by lane.
+    Film {
+        /// Index.
+        index: f64,
+        /// Thickness over wavelength.
+        thickness: [f64; N],
+    },
     /// Over the angle of incidence: per lane a table on equal steps of θ from 0 to π/2.
     Angle(Vec<[f64; N]>),
 }
@@ -81,6 +90,8 @@ pub enum Directions {
         /// Divide by the white directional albedo.
         renormalised: bool,
     },
+    /// Microfacets with all bounces between them.
+    Walk(Microfacet),
 }
 
 /// Law of a surface at the wavelengths of a group.
@@ -115,6 +126,18 @@ impl<const N: usize> SurfaceLaw<N> {
         matches!((&self.directions, &self.ratio, self.opaque), (Directions::Smooth, Ratio::Fresnel, false))
     }
 
+    /// The reflected share differs between lanes and decides which way rays go.
+    pub fn varies(&self) -> bool {
+        let differ = |r: &[f64; N]| r.iter().any(|x| *x != r[0]);
+        !self.opaque
+            && match &self.ratio {
+                Ratio::Fresnel | Ratio::PaperAmplitude => false,
+                Ratio::Constant(r) => differ(r),
+                Ratio::Film { thickness, .. } => differ(thickness),
+                Ratio::Angle(rows) => rows.iter().any(differ),
+            }
+    }
+
     /// Reflected share by lane at the mean plane.
     pub fn reflectance(&self, here: &Medium<N>, beyond: &Medium<N>, cos_i: f64) -> [f64; N] {
         match &self.ratio {
@@ -123,6 +146,18 @@ impl<const N: usize> SurfaceLaw<N> {
                 [fresnel::paper_amplitude_average(here.n, beyond.n, cos_i).clamp(0.0, 1.0); N]
             }
             Ratio::Constant(r) => *r,
+            Ratio::Film { index, thickness } => {
+                let mut r = [0.0; N];
+                for k in 0..N {
+                    // Lanes in use differ; those that are not repeat the last.
+                    r[k] = if k > 0 && thickness[k] == thickness[k - 1] {
+                        r[k - 1]
+                    } else {
+                        film(here.n, *index, beyond.n, thickness[k], cos_i).reflectance().clamp(0.0, 1.0)
+                    };
+                }
+                r
+            }
             Ratio::Angle(table) => interpolated(table, crate::math::acos(cos_i)),
         }
     }
@@ -156,6 +191,7 @@ impl<const N: usize> SurfaceLaw<N> {
             Directions::Facets { law, renormalised } if self.sap.is_none() => {
                 self.facet(law, *renormalised, m, power, ledger, rng)
             }
+            Directions::Walk(facets) => super::walk::draw(self, facets, m, power, ledger, rng),
             _ => self.mean_plane(m, power, ledger, rng),
         }
     }
@@ -325,7 +361,7 @@ fn smooth_dielectric<const N: usize>(m: &Meeting<N>, rng: &mut Stream) -> Fate<N
 
 /// Keeps the reflected share of an opaque surface; returns what it absorbs.
 #[inline]
-fn keep<const N: usize>(power: &mut [f64; N], r: &[f64; N], ledger: &mut Ledger<N>) -> [f64; N] {
+pub(super) fn keep<const N: usize>(power: &mut [f64; N], r: &[f64; N], ledger: &mut Ledger<N>) -> [f64; N] {
     let mut absorbed = [0.0; N];
     for i in 0..N {
         let kept = power[i] * r[i];
@@ -340,6 +376,12 @@ fn keep<const N: usize>(power: &mut [f64; N], r: &[f64; N], ledger: &mut Ledger<
 #[inline]
 pub fn fresnel_power<const N: usize>(here: &Medium<N>, beyond: &Medium<N>, cos_i: f64) -> f64 {
     fresnel::interface(here.n, beyond.n, cos_i).r.clamp(0.0, 1.0)
+}
+
+/// A thin film of real index between two media; a weakly absorbing incident medium counts as real.
+pub(super) fn film(n1: Complex64, index: f64, n2: Complex64, thickness: f64, cos_i: f64) -> Airy {
+    let n1 = if fresnel::weakly_absorbing(n1) { Complex64::from(n1.re) } else { n1 };
+    Airy::new(n1, Complex64::from(index), n2, thickness, cos_i)
 }
 
 /// Refracted direction after Snell; into an absorber by the planes of constant phase.
@@ -377,7 +419,7 @@ fn hemisphere(n: DVec3, rng: &mut Stream) -> DVec3 {
 
 /// A direction on the wrong side of the true face is mirrored about it.
 #[inline]
-fn right_side(dir: DVec3, facet: DVec3) -> DVec3 {
+pub(super) fn right_side(dir: DVec3, facet: DVec3) -> DVec3 {
     let c = dir.dot(facet);
     if c < 0.0 { dir - facet * (2.0 * c) } else { dir }
 }

@@ -3,9 +3,12 @@
 //! Time dependence exp(−iωt), complex index N = n + iκ with κ ≥ 0 (absorption); the paper mixes the
 //! signs in its (3). Lengths in µm, vacuum wavelengths in nm.
 
+pub mod conversion;
+pub mod film;
 pub mod fresnel;
 pub mod reflection_table;
 
+pub use conversion::Conversion;
 pub use reflection_table::ReflectionTable;
 
 use crate::math::PI;

@@ -77,7 +77,18 @@ pub fn one_minus_exp_neg(t: f64) -> f64 {
 /// [`one_minus_exp_neg`] of every lane, the same bits: one branch for all lanes, none within.
 #[inline]
 pub fn one_minus_exp_neg_each<const N: usize>(t: &[f64; N]) -> [f64; N] {
-    if t.iter().all(|&t| t < SHORT) { t.map(one_minus_exp_neg_short) } else { t.map(one_minus_exp_neg_any) }
+    // Loops, not `map`: only these become vector instructions.
+    let mut out = [0.0; N];
+    if t.iter().all(|&t| t < SHORT) {
+        for (o, &t) in out.iter_mut().zip(t) {
+            *o = one_minus_exp_neg_short(t);
+        }
+    } else {
+        for (o, &t) in out.iter_mut().zip(t) {
+            *o = one_minus_exp_neg_any(t);
+        }
+    }
+    out
 }
 
 #[inline]

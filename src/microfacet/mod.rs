@@ -21,6 +21,7 @@ mod exponential;
 mod gaussian;
 mod ggx;
 mod seed;
+pub mod walk;
 
 pub use direction::{reflect_about, refract_about};
 pub use seed::{facet_slope, ring_mass, seed_eq11};
@@ -278,7 +279,8 @@ fn normal_of_slope(i: DVec3, zeta: f64, (cos, sin): (f64, f64)) -> DVec3 {
     DVec3::new(side * (cos * x - sin * y), side * (cos * y + sin * x), up)
 }
 
-/// Slope and azimuth with density ∝ P22(ζ) ζ (c + sζ cosφ)₊ by rejection.
+/// Slope and azimuth with density ∝ P22(ζ) ζ (c + sζ cosφ)₊ by rejection; c < 0 is light from below the
+/// plane (walks: it goes up and meets a facet).
 ///
 /// The majorant P22(ζ) ζ (c + sζ) is a mixture, with weights c and s⟨ζ⟩, of the law of ζ itself
 /// (`plain`) and of the law weighted with ζ (`weighted`). At least 1/π of the trials is accepted (the
@@ -290,11 +292,12 @@ fn visible_by_rejection(
     plain: impl Fn(&mut Stream) -> f64,
     weighted: impl Fn(&mut Stream) -> f64,
 ) -> DVec3 {
-    let (c, s) = (i.z.max(0.0), tilt(i));
+    let (c, s) = (i.z, tilt(i));
+    let most = c.max(0.0);
     loop {
-        let zeta = if rng.uniform() * (c + s * mean_slope) < c { plain(rng) } else { weighted(rng) };
+        let zeta = if rng.uniform() * (most + s * mean_slope) < most { plain(rng) } else { weighted(rng) };
         let azimuth = rng.azimuth();
-        if rng.uniform() * (c + s * zeta) < c + s * zeta * azimuth.0 {
+        if rng.uniform() * (most + s * zeta) < c + s * zeta * azimuth.0 {
             return normal_of_slope(i, zeta, azimuth);
         }
     }

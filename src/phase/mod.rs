@@ -9,6 +9,7 @@ mod error;
 pub mod henyey_greenstein;
 pub mod mie;
 mod mixture;
+pub mod polarised;
 pub mod rayleigh;
 mod table;
 

@@ -6,15 +6,17 @@ use crate::optics::figures::{Measured, PaperWeights};
 use crate::run::Outcome;
 use crate::run::simulate::GroupResult;
 use crate::scene::plan::Plan;
-use crate::scene::{Amount, Scene, Universe};
+use crate::scene::{Amount, Scene};
 use crate::stats::{self, Moments, jackknife};
 use crate::tally::Cell;
 use crate::universe::{Kept, MediumId};
 
 /// Everything that goes into `result.json`.
 pub fn result(scene: &Scene, plan: &Plan, outcome: &Outcome) -> RunResult {
-    let mut figures = paper_figures(scene, outcome);
+    let mut figures =
+        if plan.converts { super::fluorescence::figures(outcome) } else { paper_figures(scene, outcome) };
     figures.extend(spectral(scene, plan, outcome));
+    label(scene, &mut figures);
     RunResult {
         lightpro: env!("CARGO_PKG_VERSION").to_owned(),
         scene: scene.name.clone(),
@@ -24,6 +26,19 @@ pub fn result(scene: &Scene, plan: &Plan, outcome: &Outcome) -> RunResult {
         ledger: ledger(plan, outcome),
         effects: effects(plan),
         memory: memory(outcome),
+    }
+}
+
+/// Says at every figure what was forced off although the scene calls for it.
+fn label(scene: &Scene, figures: &mut [Figure]) {
+    let lacking: Vec<String> =
+        scene.forced_off().map(|o| format!("without {} ({})", o.kind.name(), o.reason)).collect();
+    if lacking.is_empty() {
+        return;
+    }
+    for f in figures {
+        let before = f.note.take().map_or(String::new(), |n| format!("{n}; "));
+        f.note = Some(format!("{before}{}", lacking.join(", ")));
     }
 }
 
@@ -42,8 +57,9 @@ fn memory(outcome: &Outcome) -> Option<MemoryUsed> {
 
 /// Effects of the plan, for result and manifest.
 pub fn effects(plan: &Plan) -> Ordered<EffectUsed> {
-    let used =
-        |e: &crate::scene::plan::Effect| (e.name.to_owned(), EffectUsed { on: e.on, why: e.reason.clone() });
+    let used = |e: &crate::scene::effects::Effect| {
+        (e.name.to_owned(), EffectUsed { on: e.on, why: e.reason.clone() })
+    };
     Ordered(plan.effects.iter().map(used).collect())
 }
 
@@ -74,6 +90,15 @@ fn together(group: &GroupResult, lane: usize, cells: &[usize]) -> (f64, f64) {
     jackknife(&replicas, |mean| mean.to_vec())[0]
 }
 
+/// Mean of one cell over that of another.
+fn quotient(group: &GroupResult, lane: usize, top: usize, bottom: usize) -> (f64, f64) {
+    let lanes = group.layout.lanes;
+    let replicas: Vec<(u64, Vec<f64>)> = (group.node.replicas.values())
+        .map(|(n, sums)| (*n, vec![sums[top * lanes + lane], sums[bottom * lanes + lane]]))
+        .collect();
+    jackknife(&replicas, |mean| vec![mean[0] / mean[1]])[0]
+}
+
 /// Totals and path figures at each wavelength.
 fn spectral(scene: &Scene, plan: &Plan, outcome: &Outcome) -> Vec<Figure> {
     let mut out = Vec::new();
@@ -101,8 +126,20 @@ fn spectral(scene: &Scene, plan: &Plan, outcome: &Outcome) -> Vec<Figure> {
                 put(figure("absorbed", &m, batches, "1").of_component(name));
             }
         }
+        if plan.converts {
+            put(figure("converted", &cell(Cell::Converted), batches, "1"));
+        }
         if scene.detect.checkpoint.is_some() {
             put(figure("checkpoint", &cell(Cell::Checkpoint), batches, "1"));
+        }
+        if layout.time {
+            for (name, time, of) in [
+                ("mean_time_reflected", Cell::TimeReflected, Cell::Reflected),
+                ("mean_time_transmitted", Cell::TimeTransmitted, Cell::Transmitted),
+            ] {
+                let (t, se) = quotient(group, lane, layout.of(time), layout.of(of));
+                put(Figure::new(name, t, se, "ps"));
+            }
         }
         if scene.detect.path {
             for (id, name) in media().zip(&plan.media.names) {
@@ -205,7 +242,7 @@ fn paper_figures(scene: &Scene, outcome: &Outcome) -> Vec<Figure> {
 
 /// Grammage of the sheet as the scene gives it, g/m².
 fn sheet_grammage(scene: &Scene) -> Option<f64> {
-    let Universe::Statistical(sheet) = &scene.universe else { return None };
+    let sheet = scene.universe.sheet()?;
     let mut sum = 0.0;
     for c in sheet.layers.iter().flat_map(|l| &l.components) {
         match c.amount {
@@ -218,7 +255,8 @@ fn sheet_grammage(scene: &Scene) -> Option<f64> {
 
 /// Where the power went, averaged over wavelengths.
 fn ledger(plan: &Plan, outcome: &Outcome) -> Ordered<Share> {
-    let count = outcome.wavelengths().count() as f64;
+    // Where events change the wavelength, a pass emits one unit of power into all its lanes.
+    let count = if plan.converts { outcome.groups.len() } else { outcome.wavelengths().count() } as f64;
     let mean = |cells: &dyn Fn(&GroupResult) -> Vec<usize>| {
         let (mut value, mut variance) = (0.0, 0.0);
         for group in &outcome.groups {

@@ -8,6 +8,7 @@ pub mod text;
 pub mod manifest;
 pub mod plot;
 pub mod figures;
+pub mod fluorescence;
 pub mod folder;
 
 pub use file::{RunFolder, write_atomic};

@@ -53,6 +53,7 @@ impl<U: Universe, const N: usize> Traced<'_, U, N> {
         h.continues = !number.is_multiple_of(self.layout.shared);
         let mut rng = Stream::of(self.histories.seed, self.histories.group, number, Purpose::Transport)
             .with(self.generator);
+        h.number = number;
         let ray = self.source.emit(&mut rng);
         trace(self.world, ray, h, scorer, &mut rng);
     }

@@ -20,7 +20,7 @@ use std::ops::Range;
 use std::path::PathBuf;
 
 const MAGIC: &[u8; 7] = b"LPCHECK";
-const VERSION: u8 = 1;
+const VERSION: u8 = 2;
 
 /// What a run is: two parts with the same identity (but for their ranges) are parts of one run.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -33,6 +33,8 @@ pub struct Identity {
     pub defines: Vec<(String, String)>,
     /// Files outside the scene's folder may be read.
     pub allow_outside: bool,
+    /// `--effect name=on|off:reason`.
+    pub effects: Vec<String>,
     /// Names and hashes of all files that the scene is made of.
     pub files: Vec<(String, u64)>,
     /// Seed.
@@ -61,6 +63,7 @@ impl Identity {
             scene: path,
             defines: defines.to_vec(),
             allow_outside,
+            effects: scene.overrides.iter().filter(|o| o.flag).map(ToString::to_string).collect(),
             files: scene.files.iter().map(file).collect(),
             seed: scene.run.seed,
             histories: scene.run.histories,
@@ -76,6 +79,9 @@ impl Identity {
         }
         if self.defines != other.defines {
             return Some("other -D values".to_owned());
+        }
+        if self.effects != other.effects {
+            return Some("other effects forced".to_owned());
         }
         if let Some((f, _)) = self.files.iter().zip(&other.files).find(|(a, b)| a.1 != b.1) {
             return Some(format!("the file {} has changed", f.0));
@@ -226,6 +232,8 @@ impl Writer {
             self.text(value);
         }
         self.number(u64::from(i.allow_outside));
+        self.number(i.effects.len() as u64);
+        i.effects.iter().for_each(|e| self.text(e));
         self.number(i.files.len() as u64);
         for (name, hash) in &i.files {
             self.text(name);
@@ -320,6 +328,7 @@ impl<'a> Reader<'a> {
             scene: PathBuf::from(self.text()?),
             defines: self.list(16, |r| Ok((r.text()?, r.text()?)))?,
             allow_outside: self.number()? != 0,
+            effects: self.list(8, Self::text)?,
             files: self.list(16, |r| Ok((r.text()?, r.number()?)))?,
             seed: self.number()?,
             histories: self.number()?,

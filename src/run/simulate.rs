@@ -6,12 +6,13 @@ use super::sums::{Sums, Troubled};
 use super::workers::{Fault, Watch, work};
 use super::{BATCH, Histories};
 use crate::lpm::split::Split;
-use crate::lpm::{History, LANES, Light, World};
+use crate::lpm::{Full, History, LANES, Light, World};
 use crate::math::cos;
 use crate::rng::{self, Generator};
 use crate::sap::Healpix;
+use crate::scene::effects::Kind;
 use crate::scene::plan::Plan;
-use crate::scene::{Branching, OpticsGeometry, Scene, Universe as Where, optics};
+use crate::scene::{Branching, OpticsGeometry, Scene, Universe as Where, full, optics};
 use crate::stats::{Fold, Moments};
 use crate::tally::layout::Depth;
 use crate::tally::{Cell, Layout, Node, View};
@@ -30,6 +31,8 @@ pub struct GroupResult {
     pub node: Node,
     /// Cells.
     pub layout: Layout,
+    /// Lane of the light that excites, where events change the wavelength.
+    pub excited: Option<usize>,
     /// The first histories that went wrong.
     pub troubled: Vec<Troubled>,
 }
@@ -54,9 +57,14 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// (wavelength, group, lane) over all wavelengths.
+    /// (wavelength, group, lane) over all wavelengths; where events change the wavelength, light that
+    /// comes out as it went in.
     pub fn wavelengths(&self) -> impl Iterator<Item = (f64, &GroupResult, usize)> {
-        self.groups.iter().flat_map(|g| g.wavelengths.iter().enumerate().map(move |(i, &w)| (w, g, i)))
+        let own = |g: &GroupResult, lane: usize| g.excited.is_none_or(|e| e == lane);
+        self.groups.iter().flat_map(move |g| {
+            let lanes = g.wavelengths.iter().enumerate().filter(move |(i, _)| own(g, *i));
+            lanes.map(move |(i, &w)| (w, g, i))
+        })
     }
 
     /// Histories with lost power, and with power cut by the event cap.
@@ -116,6 +124,7 @@ struct Ready<'a, U: Universe, const N: usize> {
     universe: &'a U,
     light: Light<N>,
     split: Option<Split>,
+    full: Option<Full<N>>,
     layout: Layout,
     histories: Histories,
 }
@@ -140,6 +149,7 @@ impl<U: Universe, const N: usize> Ready<'_, U, N> {
             bottom: self.plan.bottom,
             backing: backing(self.scene),
             analog: !self.scene.run.implicit_capture,
+            full: self.full.as_ref(),
         };
         what(&Traced {
             world: &world,
@@ -189,6 +199,7 @@ pub(super) fn groups<'a>(scene: &'a Scene, plan: &'a Plan) -> Result<Vec<Box<dyn
             AnyUniverse::Lazy(u) => lanes(scene, plan, u, w, g),
             AnyUniverse::Mixture(u) => lanes(scene, plan, u, w, g),
             AnyUniverse::Synthetic(u) => lanes(scene, plan, u, w, g),
+            AnyUniverse::Realised(u) => lanes(scene, plan, u, w, g),
             AnyUniverse::Voxel(u) => lanes(scene, plan, u, w, g),
         }
     };
@@ -202,7 +213,7 @@ fn lanes<'a, U: Universe>(
     wavelengths: &[f64],
     group: u64,
 ) -> Result<Box<dyn Group + 'a>, String> {
-    Ok(if wavelengths.len() == 1 {
+    Ok(if wavelengths.len() == 1 && !plan.full {
         Box::new(one::<U, 1>(scene, plan, universe, wavelengths, group)?)
     } else {
         Box::new(one::<U, LANES>(scene, plan, universe, wavelengths, group)?)
@@ -221,9 +232,10 @@ fn one<'a, U: Universe, const N: usize>(
         Branching::Split { nside, floor } => Some(optics::split(&light, nside, floor)?),
         Branching::Sample => None,
     };
+    let full = plan.full.then(|| full::full(scene, plan, wavelengths, group as usize)).transpose()?;
     let layout = layout(scene, plan, wavelengths.len())?;
     let histories = Histories { seed: scene.run.seed, group, count: scene.run.histories };
-    Ok(Ready { scene, plan, universe, light, split, layout, histories })
+    Ok(Ready { scene, plan, universe, light, split, full, layout, histories })
 }
 
 /// Sums of a run so far, a fold per wavelength group.
@@ -292,7 +304,8 @@ pub fn outcome(scene: &Scene, plan: &Plan, state: State, range: Range<u64>) -> R
     for (fold, wavelengths) in state.into_iter().zip(&plan.groups) {
         let layout = layout(scene, plan, wavelengths.len())?;
         if let Some(Sums { node, troubled }) = fold.finish() {
-            groups.push(GroupResult { wavelengths: wavelengths.clone(), node, layout, troubled });
+            let excited = plan.converts.then_some(groups.len());
+            groups.push(GroupResult { wavelengths: wavelengths.clone(), node, layout, excited, troubled });
         }
     }
     Ok(Outcome { groups, histories: range.end - range.start, complete })
@@ -317,6 +330,7 @@ impl Progress {
 fn backing(scene: &Scene) -> Option<f64> {
     match &scene.universe {
         Where::Statistical(sheet) => sheet.backing,
+        Where::Realised(realised) => realised.sheet.backing,
         Where::Mixture(mixture) => mixture.backing,
         Where::Synthetic(_) | Where::Voxel(_) => None,
     }
@@ -337,6 +351,7 @@ pub(super) fn layout(scene: &Scene, plan: &Plan, lanes: usize) -> Result<Layout,
         depth: scene.detect.depth.map(|bins| Depth { bins, top: plan.top, bottom: plan.bottom }),
         checkpoint: scene.detect.checkpoint,
         path: scene.detect.path,
+        time: scene.has(Kind::Time),
         view,
         pile: scene.optics.as_ref().map_or(1, |o| o.pile),
     })

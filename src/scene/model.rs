@@ -2,9 +2,11 @@
 //! (µm, nm, rad, 1/µm; grammage in g/m²).
 
 use crate::law::{Azimuth, Roll, SizeLaw, Tilt};
-use crate::material::RefractiveIndex;
+use crate::lpm::full::Analyser;
+use crate::material::{Conversion, RefractiveIndex};
 use crate::math::DVec3;
 use crate::phase::Phase;
+use crate::phase::polarised::Stokes;
 use crate::rng::Generator;
 use crate::spectrum::Spectrum;
 use crate::universe::voxel::{self, Volume};
@@ -27,6 +29,8 @@ pub struct Scene {
     pub universe: Universe,
     /// Light.
     pub source: Source,
+    /// Polarisation of the emitted light, if it has one: field angles count from the plane of incidence.
+    pub polarised: Option<Stokes>,
     /// Vacuum wavelengths, nm, ascending.
     pub wavelengths: Vec<f64>,
     /// What is measured.
@@ -37,6 +41,10 @@ pub struct Scene {
     pub run: Run,
     /// Expected values.
     pub expects: Vec<Expect>,
+    /// Decisions on effects, applied to what stands above.
+    pub overrides: Vec<super::effects::Override>,
+    /// Lines of the scene file.
+    pub lines: super::effects::Lines,
     /// Warnings found while reading, already rendered with their place.
     pub warnings: Vec<String>,
     /// Every file that the scene is made of (scene, distributions, tables) with its bytes' SHA-like
@@ -55,8 +63,21 @@ pub struct Material {
     pub absorption: Option<Spectrum>,
     /// Subsurface scattering.
     pub scattering: Vec<Scatterer>,
+    /// Events that change the wavelength, on the scene's wavelengths.
+    pub conversions: Vec<(ConversionKind, Conversion)>,
     /// Sphere Area Partitioning of the scattering; None: the continuous law.
     pub sap: Option<SapSpec>,
+}
+
+/// What changes the wavelength.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ConversionKind {
+    /// Absorption and emission by a dye.
+    Fluorescence,
+    /// A fixed shift down.
+    Raman,
+    /// A small shift up and down.
+    Brillouin,
 }
 
 /// One kind of scatterer in a medium.
@@ -142,6 +163,8 @@ pub enum MultipleBounce {
     Off,
     /// Divided by the white directional albedo of the same law.
     Renormalised,
+    /// Random walk on the microsurface: all bounces.
+    Walk,
 }
 
 /// Directional behaviour of a surface.
@@ -174,6 +197,13 @@ pub enum Ratio {
     PaperAmplitude,
     /// Given over wavelength.
     Spectrum(Spectrum),
+    /// Fresnel with a thin film between the media (interference).
+    Film {
+        /// Real index of the film.
+        index: f64,
+        /// µm.
+        thickness: f64,
+    },
     /// Given over wavelength (nm, rows) and incidence angle (rad, columns); bilinear.
     Table {
         /// nm, ascending.
@@ -251,8 +281,31 @@ pub enum Universe {
     Mixture(Mixture),
     /// Known explicitly.
     Synthetic(Synthetic),
+    /// Explicit, drawn from statistics.
+    Realised(Realised),
     /// Known voxel by voxel.
     Voxel(Voxels),
+}
+
+impl Universe {
+    /// The statistics of a sheet, drawn as light meets it or realised.
+    pub fn sheet(&self) -> Option<&StatisticalSheet> {
+        match self {
+            Universe::Statistical(sheet) | Universe::Realised(Realised { sheet, .. }) => Some(sheet),
+            Universe::Mixture(_) | Universe::Synthetic(_) | Universe::Voxel(_) => None,
+        }
+    }
+}
+
+/// A statistical sheet realised body by body: the exact (Boolean) ensemble that `memory="full"` is the mean
+/// over.
+#[derive(Clone, Debug)]
+pub struct Realised {
+    /// The statistics.
+    pub sheet: StatisticalSheet,
+    /// Histories of a realisation meet it at random within ± this, µm; `None`: forty mean thicknesses of
+    /// its bodies.
+    pub spread: Option<f64>,
 }
 
 /// A labelled volume.
@@ -568,6 +621,10 @@ pub struct Detect {
     pub checkpoint: Option<f64>,
     /// Mean path and collisions by medium.
     pub path: bool,
+    /// Mean time of flight.
+    pub time: bool,
+    /// Polariser before the detectors.
+    pub analyser: Option<Analyser>,
 }
 
 /// Geometry of a reflectance factor.
@@ -621,6 +678,8 @@ pub struct Run {
     pub event_cap: u64,
     /// Histories that share one realisation.
     pub shared: u64,
+    /// Wavelengths whose scattering differs may go together by weights.
+    pub weights: bool,
     /// Implicit capture (true) or analog absorption.
     pub implicit_capture: bool,
     /// Family of the generator.

@@ -1,6 +1,7 @@
 //! From the checked scene to the optical side of a run: media and surfaces at the wavelengths of a
 //! group.
 
+use super::effects::Kind;
 use super::media::{Media, Origin};
 use super::model::{self, Populate, Ratio as RatioOf, SapFrame, SapSpec, Scatterer, SurfaceKind};
 use crate::lpm::light::MediumSap;
@@ -118,7 +119,7 @@ fn constants(material: &model::Material, nm: f64) -> Result<Constants, String> {
 
 /// Nodes of a size law without the far tails: what is left out holds less than 1e-6 of the particles'
 /// projected area and of their volume, and would cost most of the work (Mie series grow with size).
-fn sizes_that_count(diameter: &crate::law::SizeLaw) -> Vec<(f64, f64)> {
+pub(super) fn sizes_that_count(diameter: &crate::law::SizeLaw) -> Vec<(f64, f64)> {
     const LEFT_OUT: f64 = 1e-6;
     let nodes = diameter.nodes(SIZE_NODES);
     let share = |power: i32| -> Vec<f64> {
@@ -187,6 +188,7 @@ fn medium<const N: usize>(
     medium.n = first.n;
     medium.real = first.n.im == 0.0;
     medium.sap = sap;
+    medium.absorbs |= scene.forced_on(Kind::Absorption);
     Ok(medium)
 }
 
@@ -216,6 +218,9 @@ fn surface_law<const N: usize>(
         SurfaceKind::Lambertian { per_patch: false } => Directions::Lambertian,
         // A rough surface of slope 0 is the smooth one, bit for bit.
         SurfaceKind::Rough { m: 0.0, .. } => Directions::Smooth,
+        SurfaceKind::Rough { slopes, m, multiple_bounce: model::MultipleBounce::Walk } => {
+            Directions::Walk(Microfacet::new(slope_law(slopes), m).map_err(|e| of(e.to_string()))?)
+        }
         SurfaceKind::Rough { slopes, m, multiple_bounce } => Directions::Facets {
             law: Microfacet::new(slope_law(slopes), m).map_err(|e| of(e.to_string()))?,
             renormalised: multiple_bounce == model::MultipleBounce::Renormalised,
@@ -249,12 +254,24 @@ fn ratio<const N: usize>(ratio: &RatioOf, wavelengths: &[f64]) -> Result<Ratio<N
         for (o, &nm) in out.iter_mut().zip(wavelengths) {
             *o = f(nm)?.clamp(0.0, 1.0);
         }
+        // Unused lanes follow the last one.
+        let last = out[wavelengths.len() - 1];
+        out[wavelengths.len()..].fill(last);
         Ok(out)
     };
     Ok(match ratio {
         RatioOf::Fresnel => Ratio::Fresnel,
         RatioOf::PaperAmplitude => Ratio::PaperAmplitude,
         RatioOf::Spectrum(s) => Ratio::Constant(lanes(&|nm| s.at(nm).map_err(|e| e.to_string()))?),
+        RatioOf::Film { index, thickness } => {
+            let mut by = [0.0; N];
+            for (t, nm) in by.iter_mut().zip(wavelengths) {
+                *t = thickness / (nm * 1e-3);
+            }
+            let last = by[wavelengths.len() - 1];
+            by[wavelengths.len()..].fill(last);
+            Ratio::Film { index: *index, thickness: by }
+        }
         RatioOf::Table { wavelengths: rows, angles, values } => {
             let mut table = Vec::with_capacity(ANGLES);
             for k in 0..ANGLES {

@@ -1,26 +1,16 @@
 //! What a scene calls for, settled before the first ray, with reasons.
 
+use super::effects::{self, Effect, Kind};
 use super::media::Media;
-use super::model::{self, Branching, Memory, Ratio, Scatterer, Scene, SurfaceKind, Universe};
+use super::model::{self, Memory, Ratio, Scatterer, Scene, Universe};
 use super::statistical::LayerReport;
-use super::{mixture, statistical, synthetic, voxel};
+use super::{mixture, realise, statistical, synthetic, voxel};
 use crate::lpm::LANES;
 use crate::math::DVec3;
 use crate::source::Source;
 use crate::universe::Overlap;
 use crate::universe::any::AnyUniverse;
 use std::fmt;
-
-/// One effect: simulated or not, and why.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Effect {
-    /// Name.
-    pub name: &'static str,
-    /// Simulated.
-    pub on: bool,
-    /// What calls for it, or why nothing does.
-    pub reason: String,
-}
 
 /// Everything a run needs beside the optical constants.
 #[derive(Clone, Debug)]
@@ -39,6 +29,13 @@ pub struct Plan {
     pub layers: Vec<LayerReport>,
     /// Wavelengths that share their paths, nm; each group is traced by itself.
     pub groups: Vec<Vec<f64>>,
+    /// The full loop runs.
+    pub full: bool,
+    /// Events change the wavelength: a group is one wavelength of excitation with all wavelengths of
+    /// emission in its lanes.
+    pub converts: bool,
+    /// Wavelengths go together by weights.
+    pub weighted: bool,
     /// Why the wavelengths are grouped so.
     pub spectrum: String,
     /// Effects.
@@ -65,6 +62,11 @@ impl Plan {
                 notes = found;
                 (universe, Vec::new(), Some((m.thickness, 0.0)))
             }
+            Universe::Realised(r) => {
+                let (universe, top, layers, found) = realise::build(r, scene, &mut media)?;
+                notes = found;
+                (universe, layers, Some((top, 0.0)))
+            }
             Universe::Synthetic(s) => {
                 let u = synthetic::universe(s).map_err(|e| e.to_string())?;
                 (AnyUniverse::Synthetic(u), Vec::new(), extent(s))
@@ -76,14 +78,43 @@ impl Plan {
                 (AnyUniverse::Voxel(universe), Vec::new(), Some((top, 0.0)))
             }
         };
+        let walks = |s: &&model::Surface| {
+            let walk = model::MultipleBounce::Walk;
+            matches!(s.kind, model::SurfaceKind::Rough { multiple_bounce, .. } if multiple_bounce == walk)
+        };
+        if let (model::Branching::Split { .. }, Some(s)) =
+            (scene.run.branching, scene.surfaces.iter().find(walks))
+        {
+            return Err(format!(
+                "surface '{}': a walk between facets has no patches: branching=\"sample\"",
+                s.id
+            ));
+        }
         let (top, bottom) = faces.unwrap_or((0.0, 0.0));
         let source = source(&scene.source, faces)?;
         let (groups, spectrum) = groups(scene);
-        let effects = effects(scene, &groups);
+        let converts = converts(scene);
+        let weighted = !converts && groups.iter().any(|g| g.len() > 1) && differs(scene).is_some();
+        let full = converts || weighted || scene.has(Kind::Polarisation) || scene.has(Kind::Time);
+        let effects = effects::settle(scene);
         let mut remarks = remarks(scene, &layers);
         remarks.extend(notes);
         remarks.extend(scene.warnings.iter().cloned());
-        Ok(Plan { universe, media, source, top, bottom, layers, groups, spectrum, effects, remarks })
+        Ok(Plan {
+            universe,
+            media,
+            source,
+            top,
+            bottom,
+            layers,
+            groups,
+            full,
+            converts,
+            weighted,
+            spectrum,
+            effects,
+            remarks,
+        })
     }
 }
 
@@ -141,12 +172,15 @@ fn source(spec: &model::Source, faces: Option<(f64, f64)>) -> Result<Source, Str
     })
 }
 
-/// What keeps wavelengths from sharing their paths; `None`: they may.
-fn disperses(scene: &Scene) -> Option<String> {
+/// An index that differs between wavelengths and turns rays.
+fn turns(scene: &Scene) -> Option<String> {
+    let varies = scene.materials.iter().find(|m| !m.index.is_constant());
+    varies.map(|m| format!("the refractive index of '{}' depends on wavelength and turns rays", m.id))
+}
+
+/// What differs between wavelengths although directions do not: µs(λ), p(λ), R(λ).
+fn differs(scene: &Scene) -> Option<String> {
     for m in &scene.materials {
-        if !m.index.is_constant() {
-            return Some(format!("the refractive index of '{}' depends on wavelength and turns rays", m.id));
-        }
         for s in &m.scattering {
             match s {
                 Scatterer::Coefficient { mu_s, .. } if !mu_s.is_constant() => {
@@ -159,105 +193,73 @@ fn disperses(scene: &Scene) -> Option<String> {
             }
         }
     }
-    let varies = |r: &Ratio| match r {
+    let found = scene.surfaces.iter().find(|s| varies(&s.ratio) && !s.opaque);
+    found.map(|s| format!("the reflected share of '{}' depends on wavelength", s.id))
+}
+
+fn varies(r: &Ratio) -> bool {
+    match r {
         Ratio::Fresnel | Ratio::PaperAmplitude => false,
         Ratio::Spectrum(s) => !s.is_constant(),
+        Ratio::Film { thickness, .. } => *thickness > 0.0,
         Ratio::Table { wavelengths, .. } => wavelengths.len() > 1,
-    };
-    scene
-        .surfaces
-        .iter()
-        .find(|s| varies(&s.ratio) && !s.opaque)
-        .map(|s| format!("the reflected share of '{}' depends on wavelength", s.id))
+    }
+}
+
+/// Why wavelengths that differ cannot go together by weights; `None`: they can.
+fn apart(scene: &Scene) -> Option<&'static str> {
+    if !scene.run.weights {
+        return Some("weights between wavelengths are not wanted");
+    }
+    if scene.has(Kind::Polarisation) {
+        return Some("polarised light scatters in planes of its own at each");
+    }
+    if scene.has(Kind::Sap) {
+        return Some("patches belong to one");
+    }
+    let rough = |s: &model::Surface| matches!(s.kind, model::SurfaceKind::Rough { .. });
+    let facets = scene.surfaces.iter().any(|s| rough(s) && varies(&s.ratio) && !s.opaque);
+    facets.then_some("facets reflect each otherwise")
+}
+
+fn converts(scene: &Scene) -> bool {
+    scene.materials.iter().any(|m| !m.conversions.is_empty())
 }
 
 fn groups(scene: &Scene) -> (Vec<Vec<f64>>, String) {
     let single = || scene.wavelengths.iter().map(|&w| vec![w]).collect();
+    if converts(scene) {
+        return (
+            scene.wavelengths.iter().map(|_| scene.wavelengths.clone()).collect(),
+            "one wavelength of excitation per pass, every wavelength of emission in it: events change the \
+             wavelength"
+                .to_owned(),
+        );
+    }
     if scene.wavelengths.len() == 1 {
         return (single(), "one wavelength".to_owned());
     }
     if !scene.run.implicit_capture {
         return (single(), "one wavelength per history: analog absorption kills whole rays".to_owned());
     }
-    match disperses(scene) {
-        Some(why) => (single(), format!("one wavelength per history: {why}")),
-        None => (
-            scene.wavelengths.chunks(LANES).map(<[f64]>::to_vec).collect(),
+    if scene.forced_on(Kind::Dispersion) {
+        return (single(), "one wavelength per history: dispersion is forced on".to_owned());
+    }
+    if let Some(why) = turns(scene) {
+        return (single(), format!("one wavelength per history: {why}"));
+    }
+    let together = || scene.wavelengths.chunks(LANES).map(<[f64]>::to_vec).collect();
+    match (differs(scene), apart(scene)) {
+        (Some(why), Some(apart)) => (single(), format!("one wavelength per history: {why}; {apart}")),
+        (Some(why), None) => (
+            together(),
+            format!("weighted: {why}, directions do not; one wavelength draws, the others follow by weights"),
+        ),
+        (None, _) => (
+            together(),
             "white: paths do not depend on wavelength, each carries a weight per wavelength".to_owned(),
         ),
     }
-}
-
-fn effects(scene: &Scene, groups: &[Vec<f64>]) -> Vec<Effect> {
-    let list = |ids: Vec<String>| ids.join(", ");
-    let materials = |f: &dyn Fn(&model::Material) -> bool| -> Vec<String> {
-        scene.materials.iter().filter(|m| f(m)).map(|m| format!("'{}'", m.id)).collect()
-    };
-    let surfaces = |f: &dyn Fn(&model::Surface) -> bool| -> Vec<String> {
-        scene.surfaces.iter().filter(|s| f(s)).map(|s| format!("'{}'", s.id)).collect()
-    };
-    let effect = |name, called: Vec<String>, by: &str, off: &str| {
-        let on = !called.is_empty();
-        Effect { name, on, reason: if on { format!("{by} {}", list(called)) } else { off.to_owned() } }
-    };
-    let first = scene.materials.first().map(|m| &m.index);
-    let absorbing = |m: &model::Material| {
-        let particles = |s: &Scatterer| matches!(s, Scatterer::Mie { index, .. } if index.k.is_some());
-        m.absorption.is_some() || m.index.k.is_some() || m.scattering.iter().any(particles)
-    };
-    let dispersive = |m: &model::Material| !m.index.is_constant();
-    vec![
-        effect("absorption", materials(&absorbing), "called for by", "no material has κ or an absorption"),
-        effect(
-            "fresnel interfaces",
-            materials(&|m| Some(&m.index) != first),
-            "indices differ:",
-            "all refractive indices are equal",
-        ),
-        Effect {
-            name: "dispersion",
-            on: groups.len() > 1 && scene.materials.iter().any(dispersive),
-            reason: if scene.wavelengths.len() == 1 {
-                "one wavelength".to_owned()
-            } else if scene.materials.iter().any(dispersive) {
-                format!("index over wavelength: {}", list(materials(&dispersive)))
-            } else {
-                "no index depends on wavelength".to_owned()
-            },
-        },
-        effect(
-            "rough surfaces",
-            surfaces(&|s| matches!(s.kind, SurfaceKind::Rough { m, .. } if m > 0.0)),
-            "called for by",
-            "all surfaces are smooth or Lambertian",
-        ),
-        effect(
-            "lambertian surfaces",
-            surfaces(&|s| matches!(s.kind, SurfaceKind::Lambertian { .. })),
-            "called for by",
-            "no surface is Lambertian",
-        ),
-        effect(
-            "subsurface scattering",
-            materials(&|m| !m.scattering.is_empty()),
-            "called for by",
-            "no material scatters",
-        ),
-        Effect {
-            name: "sphere area partitioning",
-            on: scene.surfaces.iter().any(|s| s.sap.is_some())
-                || scene.materials.iter().any(|m| m.sap.is_some())
-                || matches!(scene.run.branching, Branching::Split { .. }),
-            reason: match scene.run.branching {
-                Branching::Split { nside, .. } => format!("branching split over nside {nside}"),
-                Branching::Sample => {
-                    let mut by = surfaces(&|s| s.sap.is_some());
-                    by.extend(materials(&|m| m.sap.is_some()));
-                    if by.is_empty() { "no <sap>: continuous laws".to_owned() } else { list(by) }
-                }
-            },
-        },
-    ]
 }
 
 /// What the memory rung is exact for, and where it is known to be biased for what the scene asks.
@@ -361,8 +363,10 @@ impl fmt::Display for Plan {
         }
         let groups = match self.groups.len() {
             1 => format!("{} wavelength(s) in one pass", self.groups[0].len()),
+            n if self.converts => format!("{n} wavelengths in {n} passes"),
             n => format!("{} wavelengths in {n} passes", self.groups.iter().map(Vec::len).sum::<usize>()),
         };
+        writeln!(f, "loop\n  {}", if self.full { "full" } else { "minimal" })?;
         writeln!(f, "spectrum\n  {groups}; {}", self.spectrum)?;
         for (i, layer) in self.layers.iter().enumerate() {
             writeln!(f, "layer {} of bodies (rate {:?})", i + 1, layer.rate)?;

@@ -28,9 +28,15 @@ pub enum Cell {
     Scatterings,
     /// Power through the checkpoint plane, upwards.
     Checkpoint,
+    /// Power moved to other wavelengths, less what came from them.
+    Converted,
+    /// Power times time of flight (ps) that leaves the upper face.
+    TimeReflected,
+    /// The same of the lower face.
+    TimeTransmitted,
 }
 
-const FIXED: usize = 10;
+const FIXED: usize = 13;
 
 /// Depth bins over the sheet.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,6 +66,8 @@ pub struct Layout {
     pub checkpoint: Option<f64>,
     /// Path lengths and event counts.
     pub path: bool,
+    /// Times of flight.
+    pub time: bool,
     /// Instrument of the optical figures.
     pub view: Option<View>,
     /// Sheets in the pile.

@@ -7,6 +7,7 @@ pub mod node;
 pub use layout::{Cell, Layout};
 pub use node::Node;
 
+use crate::lpm::full::Extra;
 use crate::lpm::ledger::{Ledger, add};
 use crate::lpm::{Path, Scorer};
 use crate::math::{DVec3, fast};
@@ -133,6 +134,7 @@ impl<'a, const N: usize> Tally<'a, N> {
             (Cell::Masked, &ledger.masked),
             (Cell::Lost, &ledger.lost),
             (Cell::Truncated, &ledger.truncated),
+            (Cell::Converted, &ledger.converted),
         ] {
             if any(power) {
                 self.score(self.layout.of(cell), power);
@@ -287,6 +289,15 @@ impl<const N: usize> Scorer<N> for Tally<'_, N> {
         }
     }
 
+    fn leaves_full<P>(&mut self, path: &Path<P, N>, face: Face, extra: &Extra<N>) {
+        self.leaves(path, face);
+        if self.layout.time {
+            let cell = if face == Face::Top { Cell::TimeReflected } else { Cell::TimeTransmitted };
+            let weighted = path.power.map(|p| p * extra.optical_path / LIGHT_UM_PER_PS);
+            self.score(self.layout.of(cell), &weighted);
+        }
+    }
+
     fn leaves_pile<P>(&mut self, path: &Path<P, N>) {
         if let Some(view) = &self.layout.view
             && let Some(factor) = view.factor(path.ray.dir)
@@ -297,6 +308,9 @@ impl<const N: usize> Scorer<N> for Tally<'_, N> {
         }
     }
 }
+
+/// Speed of light in vacuum, µm/ps.
+const LIGHT_UM_PER_PS: f64 = 299.792_458;
 
 /// How an instrument looks at the sheet.
 #[derive(Clone, Copy, Debug, PartialEq)]

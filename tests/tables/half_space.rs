@@ -34,6 +34,7 @@ fn reflected<U: Universe>(
         bottom: 0.0,
         backing: None,
         analog: false,
+        full: None,
     };
     let layout = crate::transport::layout(light.media.len());
     let node =
@@ -117,6 +118,7 @@ fn hit_share(row: &Row, radius: f64) -> Check {
         bottom: 0.0,
         backing: None,
         analog: false,
+        full: None,
     };
     let layout = crate::transport::layout(2);
     let node =

@@ -95,3 +95,21 @@ fn the_tolerance_of_the_matrices_bites() {
     }
     assert!(seen.len() >= 40 && seen.values().all(|b| *b), "{seen:?}");
 }
+
+/// Large spheres become geometric optics: extinction twice the shadow, and half of it, the diffraction,
+/// goes straight on: g = (1 + <cos Θ>)/2 with the polarised <cos Θ> of the particle table, to O(x^(−2/3)).
+#[test]
+fn large_spheres_are_geometric() {
+    let row = rows("go_particles.csv").into_iter().find(|r| r.text("case") == "sphere_n1.5").unwrap();
+    let mean = |column: &str| 0.5 * (1.0 + row.f(column));
+    let sizes: Vec<f64> = (0..64).map(|i| 4700.0 + 4.7 * f64::from(i)).collect();
+    let (mut q, mut g) = (0.0, 0.0);
+    for x in &sizes {
+        let e = efficiencies(Complex64::new(1.5, 0.0), *x);
+        q += e.q_ext / sizes.len() as f64;
+        g += e.g / sizes.len() as f64;
+    }
+    let (want, scalar) = (mean("mean_cosTheta_polarised(s,p separate)"), mean("mean_cosTheta_scalarFresnel"));
+    println!("Q {q:.5}, g {g:.5}; geometric optics {want:.5} (scalar Fresnel {scalar:.5})");
+    assert!((q - 2.0).abs() < 0.01 && (g - want).abs() < 2e-3 && (g - scalar).abs() > 2e-3);
+}

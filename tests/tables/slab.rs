@@ -92,6 +92,7 @@ impl Case {
             bottom: 0.0,
             backing: self.backing,
             analog: false,
+            full: None,
         }
     }
 

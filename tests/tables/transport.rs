@@ -188,6 +188,7 @@ pub fn layout(media: usize) -> Layout {
         depth: None,
         checkpoint: None,
         path: true,
+        time: false,
         view: None,
         pile: 1,
     }
@@ -210,6 +211,7 @@ pub fn world<'a, U: Universe, const N: usize>(
         bottom: 0.0,
         backing: None,
         analog: false,
+        full: None,
     }
 }
 

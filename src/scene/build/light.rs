@@ -1,9 +1,12 @@
 //! Light, what is measured, and how it is run.
 
 use super::{Node, Reading};
+use crate::lpm::full::Analyser;
 use crate::math::FRAC_PI_2;
+use crate::phase::polarised::Stokes;
 use crate::rng::Generator;
 use crate::scene::diagnostic::Diagnostic;
+use crate::scene::effects::{Kind, Override, apply};
 use crate::scene::model::*;
 
 impl Reading<'_> {
@@ -39,6 +42,24 @@ impl Reading<'_> {
                 Some((0..=count as u64).map(|i| from + i as f64 * step).collect())
             }
         }
+    }
+
+    /// State of the light, if it has one.
+    pub fn polarisation(&mut self, e: Node<'_>) -> Option<Stokes> {
+        let kind = e.text("polarisation").filter(|k| *k != "none")?;
+        if e.text("kind").is_some_and(|k| k != "collimated") {
+            let d = Diagnostic::error(e.place("polarisation"), "this light has no plane of reference");
+            self.out.push(d.help("polarised light is kind=\"collimated\""));
+        }
+        let degree = e.number("degree").unwrap_or(1.0);
+        Some(match kind {
+            "linear" => {
+                let (s, c) = crate::math::sin_cos(2.0 * e.number("field").unwrap_or(0.0));
+                Stokes { q: degree * c, u: degree * s, v: 0.0 }
+            }
+            "right" => Stokes { q: 0.0, u: 0.0, v: degree },
+            _ => Stokes { q: 0.0, u: 0.0, v: -degree },
+        })
     }
 
     pub fn source(&mut self, e: Option<Node<'_>>, sheet: bool) -> Source {
@@ -86,6 +107,12 @@ impl Reading<'_> {
             depth: e.count("depth").and_then(|n| u32::try_from(n).ok()),
             checkpoint: e.number("checkpoint"),
             path: e.yes("path"),
+            time: e.yes("time"),
+            analyser: match e.text("analyser") {
+                Some("parallel") => Some(Analyser::Parallel),
+                Some("perpendicular") => Some(Analyser::Perpendicular),
+                _ => None,
+            },
         }
     }
 
@@ -106,14 +133,27 @@ impl Reading<'_> {
             branching: Branching::Sample,
             roulette: 1e-3,
             event_cap: 1_000_000,
-            shared: 1,
+            shared: shared(universe, 100_000),
+            weights: true,
             implicit_capture: true,
             generator: Generator::Pcg64Dxsm,
         };
         let Some(e) = e else { return standard };
         self.check_shared(e, universe);
+        let histories = e.count("histories").unwrap_or(standard.histories);
+        if self.polarised {
+            for (name, bad, help) in [
+                ("branching", "split", "patches know no plane of reference: branching=\"sample\""),
+                ("absorption", "analog", "the full loop takes absorption as weight: absorption=\"implicit\""),
+            ] {
+                if e.text(name) == Some(bad) {
+                    let d = Diagnostic::error(e.place(name), "not with polarised light");
+                    self.out.push(d.help(help));
+                }
+            }
+        }
         Run {
-            histories: e.count("histories").unwrap_or(standard.histories),
+            histories,
             seed: e.count("seed").unwrap_or(standard.seed),
             branching: match e.text("branching") {
                 Some("split") => Branching::Split {
@@ -124,7 +164,8 @@ impl Reading<'_> {
             },
             roulette: e.number("roulette").unwrap_or(standard.roulette),
             event_cap: e.count("event-cap").unwrap_or(standard.event_cap),
-            shared: e.count("histories-per-realisation").unwrap_or(1),
+            shared: e.count("histories-per-realisation").unwrap_or(shared(universe, histories)),
+            weights: e.yes("weights"),
             implicit_capture: e.text("absorption") != Some("analog"),
             generator: match e.text("rng") {
                 Some("philox") => Generator::Philox,
@@ -162,7 +203,7 @@ impl Reading<'_> {
                     "start=\"anywhere\"",
                 );
             }
-            Universe::Statistical(_) => {}
+            Universe::Statistical(_) | Universe::Realised(_) => {}
             _ => refuse("only statistical sheets are drawn anew for each history", "leave it out"),
         }
     }
@@ -187,5 +228,38 @@ impl Reading<'_> {
             error: e.number("error").unwrap_or(0.0),
             source: e.text("source").unwrap_or_default().to_string(),
         }
+    }
+
+    /// Overrides of effects, applied one by one so that a refusal shows its line.
+    pub fn effects(&mut self, e: Option<Node<'_>>, scene: &mut Scene) {
+        scene.lines.clone_from(&self.lines);
+        for e in e.iter().flat_map(|e| e.children("effect")) {
+            let (name, state) = (e.text("name").unwrap_or_default(), e.text("state").unwrap_or_default());
+            let reason = e.text("reason").unwrap_or_default();
+            let Some(kind) = Kind::of(name) else { continue };
+            let (on, reason) = (state == "on", reason.to_owned());
+            let wanted = Override { kind, on, reason, called: Vec::new(), flag: false };
+            if let Err(why) = apply(scene, vec![wanted]) {
+                self.error(e.own.place, why);
+            }
+        }
+    }
+
+    /// Remembers the line of an element.
+    pub fn line(&mut self, key: impl Into<String>, e: Node<'_>) {
+        if e.own.place.file == 0 {
+            let line = self.out.line_column(e.own.place).0;
+            self.lines.insert(key.into(), line);
+        }
+    }
+}
+
+/// Histories that share a realisation if the scene does not say: explicit sheets take longer to make than a
+/// history to trace.
+fn shared(universe: &Universe, histories: u64) -> u64 {
+    const MOST: u64 = 64;
+    match universe {
+        Universe::Realised(_) if histories > 0 => MOST.min(1 << histories.trailing_zeros().min(63)),
+        _ => 1,
     }
 }

@@ -34,6 +34,7 @@ impl Reading<'_> {
     }
 
     fn one_material(&mut self, e: Node<'_>) -> Material {
+        self.line(format!("material {}", e.text("id").unwrap_or_default()), e);
         let index = self.index(e);
         let absorption = e
             .one_of(self, &["absorption", "absorption-file"], None)
@@ -41,8 +42,10 @@ impl Reading<'_> {
         let mut scattering: Vec<Scatterer> = Vec::new();
         scattering.extend(e.children("scattering").map(|s| self.scattering(s)));
         scattering.extend(e.children("particles").map(|p| self.mie(p)));
-        let sap = e.child("sap").map(sap);
-        Material { id: e.text("id").unwrap_or_default().to_string(), index, absorption, scattering, sap }
+        let conversions = self.conversions(e);
+        let sap = e.child("sap").map(|s| self.patches(s));
+        let id = e.text("id").unwrap_or_default().to_string();
+        Material { id, index, absorption, scattering, conversions, sap }
     }
 
     /// `index` and `kappa`, or `index-file`.
@@ -86,7 +89,12 @@ impl Reading<'_> {
     }
 
     /// A constant attribute `name`, or the CSV file of `name-file`; values must lie in `limits`.
-    fn spectrum_or_file(&mut self, e: Node<'_>, which: &str, limits: (f64, f64)) -> Option<Spectrum> {
+    pub(super) fn spectrum_or_file(
+        &mut self,
+        e: Node<'_>,
+        which: &str,
+        limits: (f64, f64),
+    ) -> Option<Spectrum> {
         let Some(quantity) = which.strip_suffix("-file") else { return e.number(which).map(adapters::flat) };
         let a = e.attribute(which)?;
         let clamp = e.text("extrapolate") == Some("clamp");
@@ -159,6 +167,16 @@ impl Reading<'_> {
             "table" => self.phase_table(e),
             _ => None,
         };
+        let depolarises = e.yes("depolarises");
+        if depolarises && matches!(phase, Some(Ok(Phase::Rayleigh))) {
+            self.error(e.place("depolarises"), "Rayleigh scattering has a matrix: it does not depolarise");
+        }
+        if self.polarised && !depolarises && !matches!(phase, Some(Ok(Phase::Rayleigh))) {
+            let d = Diagnostic::error(e.own.place, "this law says nothing of polarised light");
+            self.out.push(d.help(
+                "scattering with a matrix is <particles …> (Mie) or phase=\"rayleigh\"; or say depolarises=\"yes\"",
+            ));
+        }
         let phase = phase.and_then(|p| p.map_err(|why| self.error(e.own.place, why)).ok());
         Scatterer::Coefficient { mu_s, phase: phase.unwrap_or(Phase::Isotropic) }
     }
@@ -216,6 +234,7 @@ impl Reading<'_> {
     }
 
     fn surface(&mut self, e: Node<'_>) -> Surface {
+        self.line(format!("surface {}", e.text("id").unwrap_or_default()), e);
         let kind = match e.text("kind") {
             Some("lambertian") => SurfaceKind::Lambertian { per_patch: e.yes("per-patch") },
             Some("rough") => SurfaceKind::Rough {
@@ -227,18 +246,25 @@ impl Reading<'_> {
                 m: e.needed(self, "m", "kind `rough`").unwrap_or(0.0),
                 multiple_bounce: match e.text("multiple-bounce") {
                     Some("renormalised") => MultipleBounce::Renormalised,
+                    Some("walk") => self.walk(e),
                     _ => MultipleBounce::Off,
                 },
             },
             _ => SurfaceKind::Smooth,
         };
-        let ratio = match e.one_of(self, &["ratio", "reflectance", "reflectance-file"], None) {
+        let ratio = match e.one_of(self, &["ratio", "reflectance", "reflectance-file", "film-index"], None) {
+            Some("film-index") => {
+                let thickness = e.needed(self, "film-thickness", "`film-index`");
+                e.number("film-index")
+                    .zip(thickness)
+                    .map(|(index, thickness)| Ratio::Film { index, thickness })
+            }
             Some("reflectance-file") => self.reflectance_file(e),
             Some("reflectance") => e.number("reflectance").map(|x| Ratio::Spectrum(adapters::flat(x))),
             _ if e.text("ratio") == Some("paper-amplitude") => Some(Ratio::PaperAmplitude),
             _ => None,
         };
-        let sap = e.child("sap").map(|s| sap(s));
+        let sap = e.child("sap").map(|s| self.patches(s));
         if let (SurfaceKind::Lambertian { per_patch: true }, None) = (kind, sap) {
             self.error(
                 e.place("per-patch"),
@@ -247,6 +273,32 @@ impl Reading<'_> {
         }
         let id = e.text("id").unwrap_or_default().to_string();
         Surface { id, kind, ratio: ratio.unwrap_or(Ratio::Fresnel), opaque: e.yes("opaque"), sap }
+    }
+
+    /// A walk between facets, where it is possible.
+    fn walk(&mut self, e: Node<'_>) -> MultipleBounce {
+        let why = if e.text("slopes") == Some("ggx") {
+            Some(("heights and slopes of GGX have no walk here", "slopes=\"gaussian\" or \"exponential\""))
+        } else if e.child("sap").is_some() {
+            Some(("patches hold single bounces", "without <sap>, or multiple-bounce=\"renormalised\""))
+        } else if self.polarised {
+            Some(("walks keep no state of polarisation", "multiple-bounce=\"off\" or \"renormalised\""))
+        } else {
+            None
+        };
+        if let Some((problem, help)) = why {
+            let d = Diagnostic::error(e.place("multiple-bounce"), problem);
+            self.out.push(d.help(help));
+        }
+        MultipleBounce::Walk
+    }
+
+    fn patches(&mut self, e: Node<'_>) -> SapSpec {
+        if self.polarised {
+            let d = Diagnostic::error(e.own.place, "patches know no plane of reference for polarised light");
+            self.out.push(d.help("the continuous law: without <sap>"));
+        }
+        sap(e)
     }
 
     /// Two columns: a spectrum. More: a table over wavelength (rows) and incidence angle (columns).
@@ -310,7 +362,7 @@ fn with_nearest(d: Diagnostic, id: &str, known: &[String]) -> Diagnostic {
 }
 
 /// A path's last part, for messages.
-fn short(path: &std::path::Path) -> String {
+pub(super) fn short(path: &std::path::Path) -> String {
     path.file_name().map_or_else(|| path.display().to_string(), |n| n.to_string_lossy().into_owned())
 }
 

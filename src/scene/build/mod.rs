@@ -2,6 +2,7 @@
 
 mod bodies;
 mod check;
+mod conversion;
 mod files;
 mod law;
 mod light;
@@ -13,6 +14,7 @@ mod voxel;
 
 use super::diagnostic::{Diagnostic, Diagnostics, Place, SourceFile, nearest};
 use super::document::{self, Element, MAX_BYTES};
+use super::effects::{self, Lines, Override};
 use super::model::{Scene, Universe};
 use super::table;
 pub use check::{implied_coarseness, section_areas};
@@ -26,6 +28,8 @@ pub struct Options {
     pub allow_outside: bool,
     /// Values of placeholders from the command line, `-D name=value`; they override `<define>`.
     pub defines: Vec<(String, String)>,
+    /// Decisions on effects from the command line; they come beside those of the scene.
+    pub effects: Vec<Override>,
 }
 
 /// A placeholder's value and who asked for it.
@@ -49,6 +53,9 @@ struct Reading<'o> {
     wavelengths: Vec<f64>,
     materials: Vec<String>,
     surfaces: Vec<String>,
+    /// Polarised light or an analyser: laws without a state are refused.
+    polarised: bool,
+    lines: Lines,
 }
 
 /// Reads a scene file.
@@ -93,7 +100,9 @@ pub fn read_text(text: &str, path: &Path, options: &Options) -> Result<Scene, Di
     r.collect_defines(&root);
     r.expand(&mut root);
     table::check(&root, rule, false, &mut r.out);
-    let scene = r.scene(Node::new(&root, rule));
+    let node = Node::new(&root, rule);
+    let mut scene = r.scene(node);
+    r.effects(node.child("effects"), &mut scene);
     r.unused_defines();
     if r.out.error_count() == 0 {
         r.unused(&root);
@@ -102,7 +111,12 @@ pub fn read_text(text: &str, path: &Path, options: &Options) -> Result<Scene, Di
         return Err(r.out);
     }
     let warnings = r.out.warnings().map(|d| r.out.render_one(d, false)).collect();
-    Ok(Scene { path: path.to_path_buf(), warnings, files: r.files, ..scene })
+    let mut scene = Scene { path: path.to_path_buf(), warnings, files: r.files, lines: r.lines, ..scene };
+    if let Err(why) = effects::apply(&mut scene, options.effects.clone()) {
+        r.out.push(Diagnostic::nowhere(format!("{}: {why}", path.display())));
+        return Err(r.out);
+    }
+    Ok(scene)
 }
 
 impl<'o> Reading<'o> {
@@ -118,6 +132,8 @@ impl<'o> Reading<'o> {
             wavelengths: Vec::new(),
             materials: Vec::new(),
             surfaces: Vec::new(),
+            polarised: false,
+            lines: Lines::new(),
         }
     }
 
@@ -130,10 +146,20 @@ impl<'o> Reading<'o> {
     fn scene(&mut self, root: Node<'_>) -> Scene {
         root.children("define").for_each(|d| d.use_all());
         let _ = root.text("version");
+        for name in ["source", "spectrum", "detect", "optics", "run"] {
+            if let Some(e) = root.child(name) {
+                self.line(name, e);
+            }
+        }
         self.wavelengths = self.spectrum(root.child("spectrum"));
+        let asks = |name: &str, what: &str| {
+            root.child(name).is_some_and(|e| e.has(what) && e.text(what) != Some("none"))
+        };
+        self.polarised = asks("source", "polarisation") || asks("detect", "analyser");
         let materials = self.materials(root.child("materials"));
         let surfaces = self.surfaces(root.child("surfaces"));
         let universe = self.universe(root.child("universe"), &materials, &surfaces);
+        let polarised = root.child("source").and_then(|e| self.polarisation(e));
         let source = self.source(root.child("source"), !matches!(universe, Universe::Synthetic(_)));
         let run = self.run(root.child("run"), &universe);
         Scene {
@@ -143,10 +169,13 @@ impl<'o> Reading<'o> {
             surfaces,
             universe,
             source,
+            polarised,
             wavelengths: self.wavelengths.clone(),
             detect: self.detect(root.child("detect")),
             optics: root.child("optics").map(|o| self.optics(o)),
             run,
+            overrides: Vec::new(),
+            lines: Lines::new(),
             expects: root.children("expect").map(|e| self.expect(e)).collect(),
             warnings: Vec::new(),
             files: Vec::new(),

@@ -36,6 +36,11 @@ const SIZES: &[&str] = &[
     "constant", "uniform", "truncated-normal", "lognormal", "gamma", "weibull", "beta", "histogram", "mixture",
 ];
 
+const EFFECTS: &[&str] = &[
+    "absorption", "fresnel-interfaces", "dispersion", "rough-surfaces", "lambertian-surfaces", "subsurface-scattering",
+    "sphere-area-partitioning", "polarisation", "fluorescence", "wavenumber-shifts", "thin-films", "multiple-bounces", "time-of-flight",
+];
+
 const INDEX: &[A] = &[
     a("index", Number(Q::Number), Range::above(0.0, 100.0), Optional, "Real refractive index n, the same at every wavelength."),
     a("kappa", Number(Q::Number), NOT_NEG, Optional, "Imaginary index κ ≥ 0 beside `index`; exp(−iωt), n + iκ."),
@@ -59,6 +64,24 @@ const SCATTERING: &[A] = &[
     a("g2", Number(Q::Number), Range::open(-1.0, 1.0), Optional, "Mean cosine of the second term of `two-term-hg`."),
     w("file", File, Optional, "CSV of scattering angle (deg) and phase function, for `phase=\"table\"`."),
     w("extrapolate", Choice(&["no", "clamp"]), Default("no"), "As for `index-file`, for `mu-s-file`."),
+    w("depolarises", YES_NO, Default("no"), "Polarised light: nothing of its state is left. Laws other than `rayleigh` know no state and must say so."),
+];
+
+const FLUORESCENCE: &[A] = &[
+    a("absorption", Number(Q::Coefficient), NOT_NEG, Optional, "Absorption coefficient of the dye at its `peak`."),
+    a("peak", Number(Q::Wavelength), NM, Optional, "Wavelength of strongest absorption, with `absorption`."),
+    a("width", Number(Q::Wavelength), POS, Default("25 nm"), "Standard deviation of the (Gaussian) absorption band."),
+    w("absorption-file", File, Optional, "CSV of wavelength (nm) and absorption coefficient of the dye (1/um); 0 outside; instead of `absorption`."),
+    a("emission", Number(Q::Wavelength), NM, Optional, "Wavelength of strongest emission (photons per nm)."),
+    a("emission-width", Number(Q::Wavelength), POS, Default("30 nm"), "Standard deviation of the (Gaussian) emission band."),
+    w("emission-file", File, Optional, "CSV of wavelength (nm) and emitted photons per nm in any unit; 0 outside; instead of `emission`."),
+    a("quantum-yield", Number(Q::Fraction), SHARE, Default("1"), "Photons emitted over photons absorbed."),
+];
+
+const SHIFT: &[A] = &[
+    w("kind", Choice(&["raman", "brillouin"]), Required, "Down only (Stokes), or down and up with equal chance."),
+    a("by", Number(Q::Coefficient), POS, Required, "Shift of the wavenumber, as 2900 1/cm."),
+    a("rate", Number(Q::Coefficient), NOT_NEG, Required, "Events over path."),
 ];
 
 const MIE: &[A] = &[
@@ -76,10 +99,12 @@ const SURFACE: &[A] = &[
     w("per-patch", YES_NO, Default("no"), "Lambertian: equal power per SAP patch (a reading of the paper) instead of equal radiance."),
     w("slopes", Choice(&["gaussian", "exponential", "ggx"]), Default("gaussian"), "Rough: slope distribution."),
     a("m", Number(Q::Number), Range::closed(0.0, 10.0), Optional, "Rough: rms slope (α for GGX); 0 is smooth."),
-    w("multiple-bounce", Choice(&["off", "renormalised"]), Default("off"), "Rough: power lost to masked facets stands in the ledger, or is given back by the white albedo of the same law."),
+    w("multiple-bounce", Choice(&["off", "renormalised", "walk"]), Default("off"), "Rough: power lost to masked facets stands in the ledger, is given back by the white albedo of the same law, or goes on from facet to facet (random walk; gaussian and exponential slopes)."),
     w("ratio", Choice(&["fresnel", "paper-amplitude"]), Default("fresnel"), "Reflected share: Fresnel power, or |r| in place of |r|² (the curve of the paper's figure 12)."),
     a("reflectance", Number(Q::Fraction), SHARE, Optional, "Reflected share at every wavelength and angle, instead of `ratio`."),
     w("reflectance-file", File, Optional, "CSV of wavelength (nm) and reflectance; with more columns, headed by incidence angles in degrees from 0 to 90."),
+    a("film-index", Number(Q::Number), Range::above(0.0, 100.0), Optional, "Thin film on the surface: its real index (interference by Airy's formula), instead of `ratio`."),
+    a("film-thickness", Number(Q::Length), NOT_NEG, Optional, "Thickness of the film."),
     w("opaque", YES_NO, Default("no"), "What is not reflected is absorbed at the surface instead of refracted."),
     w("extrapolate", Choice(&["no", "clamp"]), Default("no"), "As for `index-file`, for `reflectance-file`."),
 ];
@@ -101,6 +126,11 @@ const UNIVERSE: &[A] = &[
     w("start", Choice(&["anywhere", "pore"]), Default("anywhere"), "Statistical, edges `cut`: light enters inside bodies too, or through pores only."),
     w("outside", Reference("material"), Optional, "Medium around everything; without it the material with id `air`."),
     a("backing", Number(Q::Fraction), SHARE, Optional, "As on <sheet>."),
+];
+
+const REALISE: &[A] = &[
+    w("model", Choice(&["boolean"]), Default("boolean"), "The exact ensemble of the rung memory `full`: bodies stand independently and overlap."),
+    a("spread", Number(Q::Length), NOT_NEG, Optional, "Histories meet their realisation at random within this distance along x and y; without it forty mean thicknesses of the bodies."),
 ];
 
 const SHEET: &[A] = &[
@@ -238,6 +268,9 @@ const SOURCE: &[A] = &[
     a("azimuth", Number(Q::Angle), Range::closed(-2.0 * PI, 2.0 * PI), Default("0 deg"), "Collimated: azimuth of where light comes from."),
     a("radius", Number(Q::Length), NOT_NEG, Default("0 um"), "Collimated: radius of the beam; 0 is a pencil."),
     a("trap", Number(Q::Angle), Range::below(0.0, PI / 2.0), Default("0 deg"), "Diffuse: half angle of the dark cone around the normal (gloss trap; ISO 2469: 15.5 deg)."),
+    w("polarisation", Choice(&["none", "linear", "left", "right"]), Default("none"), "Collimated: state of the light; `right` is circular with V > 0 (Bohren & Huffman)."),
+    a("field", Number(Q::Angle), Range::closed(-2.0 * PI, 2.0 * PI), Default("0 deg"), "Linear: angle of the field from the plane of incidence (at polar 0 the plane through `azimuth`: 0 deg is the machine direction, 90 deg the cross direction)."),
+    a("degree", Number(Q::Fraction), SHARE, Default("1"), "Polarised share of the power."),
     a("position", List(Q::Length, Some(3)), ANY, Optional, "Point: where it is."),
     a("target", List(Q::Length, Some(3)), ANY, Default("0 0 0 um"), "Point: where it aims."),
     a("half-angle", Number(Q::Angle), Range::closed(0.0, PI), Default("0 deg"), "Point: half angle of the cone; 0 is one direction, 180 deg all."),
@@ -255,6 +288,8 @@ const DETECT: &[A] = &[
     a("angular", Nside, Range::closed(1.0, 256.0), Optional, "Angular distribution in HEALPix bins."),
     a("depth", Number(Q::Count), Range::closed(1.0, 1e5), Optional, "Absorption and fluence over this many depth bins."),
     a("checkpoint", Number(Q::Length), ANY, Optional, "Height of a plane that scores rays going up."),
+    w("analyser", Choice(&["none", "parallel", "perpendicular"]), Default("none"), "Ideal polariser before the detectors of what leaves: passes the field in the plane of the ray and the normal of the sheet, or across it."),
+    w("time", YES_NO, Default("no"), "Mean time of flight of reflected and transmitted light."),
     w("path", YES_NO, Default("no"), "Mean path and collisions by medium."),
 ];
 
@@ -263,6 +298,12 @@ const OPTICS: &[A] = &[
     a("view", Number(Q::Angle), Range::above(0.0, PI / 2.0), Default("15.5 deg"), "d/0: half angle of the viewing cone."),
     a("pile", Number(Q::Count), Range::closed(1.0, 1024.0), Default("16"), "Most sheets in the simulated pile."),
     a("grammage", Number(Q::Grammage), POS, Optional, "Grammage for s and k; without it that of the sheet."),
+];
+
+const EFFECT: &[A] = &[
+    w("name", Choice(EFFECTS), Required, "Which."),
+    w("state", Choice(&["on", "off"]), Required, "Forced on or off."),
+    w("reason", Text, Required, "Why; it stands in the plan and in the results."),
 ];
 
 const RUN: &[A] = &[
@@ -275,6 +316,7 @@ const RUN: &[A] = &[
     a("histories-per-realisation", Number(Q::Count), Range::closed(1.0, 4096.0), Default("1"), "Memory `full`: so many histories (a power of two) share one realisation, and the variance between realisations is told apart."),
     a("event-cap", Number(Q::Count), Range::closed(1.0, 1e12), Default("1e6"), "Guard on the events of one history."),
     w("rng", Choice(&["pcg64dxsm", "philox"]), Default("pcg64dxsm"), "Family of the generator; another one is a check that no result leans on it, slower, and needs a build with the feature philox."),
+    w("weights", YES_NO, Default("yes"), "Wavelengths whose scattering differs share their paths by weights; `no`: each has its own."),
     w("absorption", Choice(&["implicit", "analog"]), Default("implicit"), "Absorption as weight along the path, or as the end of the ray."),
 ];
 
@@ -305,7 +347,7 @@ pub static RULES: &[Rule] = &[
         ]],
         children: &[
             many("define"), maybe("materials"), maybe("surfaces"), one("universe"), maybe("source"),
-            maybe("spectrum"), maybe("detect"), maybe("optics"), maybe("run"), many("expect"),
+            maybe("spectrum"), maybe("detect"), maybe("optics"), maybe("effects"), maybe("run"), many("expect"),
         ],
     },
     Rule {
@@ -319,7 +361,7 @@ pub static RULES: &[Rule] = &[
         key: "material",
         doc: "A medium: refractive index, absorption, subsurface scattering.",
         attributes: &[MATERIAL, INDEX],
-        children: &[many("scattering"), many("particles/mie"), maybe("sap")],
+        children: &[many("scattering"), many("particles/mie"), many("fluorescence"), many("shift"), maybe("sap")],
     },
     Rule { key: "scattering", doc: "Scattering in the medium by coefficient and phase function.", attributes: &[SCATTERING], children: &[] },
     Rule {
@@ -328,18 +370,26 @@ pub static RULES: &[Rule] = &[
         attributes: &[MIE, INDEX],
         children: &[maybe("diameter")],
     },
+    Rule { key: "fluorescence", doc: "A dye that absorbs light and emits a share of the photons at longer wavelengths (optical brightener).", attributes: &[FLUORESCENCE], children: &[] },
+    Rule { key: "shift", doc: "Raman or Brillouin scattering: light comes out with its wavenumber shifted, in all directions alike.", attributes: &[SHIFT], children: &[] },
     Rule { key: "surfaces", doc: "The surface laws.", attributes: &[], children: &[some("surface")] },
     Rule { key: "surface", doc: "A surface law.", attributes: &[SURFACE], children: &[maybe("sap")] },
     Rule { key: "sap", doc: "Sphere Area Partitioning of the surface's directions; without it the continuous law.", attributes: &[SAP], children: &[] },
     Rule {
         key: "universe",
-        doc: "Where components are. Statistical: one <sheet> or one <mixture>. Synthetic: primitives, or a <sheet> of homogeneous layers. Voxel: one <volume>.",
+        doc: "Where components are. Statistical: one <sheet> or one <mixture>. Synthetic: primitives and homogeneous layers, or a <sheet> of bodies known by their statistics, realised one by one (the same <sheet>: one attribute changes the universe). Voxel: one <volume>.",
         attributes: &[UNIVERSE],
         children: &[
-            maybe("sheet"), maybe("mixture"), maybe("volume"), many("sphere"), many("ellipsoid"), many("cylinder"), many("box"), many("plane"), many("slab"),
+            maybe("sheet"), maybe("realise"), maybe("mixture"), maybe("volume"), many("sphere"), many("ellipsoid"), many("cylinder"), many("box"), many("plane"), many("slab"),
         ],
     },
     Rule { key: "sheet", doc: "Layers from top (where light comes from) to bottom, from z = thickness down to z = 0.", attributes: &[SHEET], children: &[some("layer")] },
+    Rule {
+        key: "realise",
+        doc: "Synthetic: how the bodies of a <sheet> are realised. How many histories share a realisation is a matter of <run>.",
+        attributes: &[REALISE],
+        children: &[],
+    },
     Rule {
         key: "mixture",
         doc: "A Markov mixture: horizontal layers of random thickness of two or more phases, from z = thickness down to z = 0.",
@@ -486,6 +536,8 @@ pub static RULES: &[Rule] = &[
     Rule { key: "spectrum", doc: "Vacuum wavelengths: a list or a grid; without it 550 nm.", attributes: &[SPECTRUM], children: &[] },
     Rule { key: "detect", doc: "What is measured beside totals.", attributes: &[DETECT], children: &[] },
     Rule { key: "optics", doc: "Figures of paper optics.", attributes: &[OPTICS], children: &[] },
+    Rule { key: "effects", doc: "Decisions on effects other than those that the scene calls for.", attributes: &[], children: &[some("effect")] },
+    Rule { key: "effect", doc: "An effect forced on (its steps are taken with neutral parameters) or off (what calls for it is left out, and every figure says so).", attributes: &[EFFECT], children: &[] },
     Rule { key: "run", doc: "How the scene is run.", attributes: &[RUN], children: &[] },
     Rule { key: "expect", doc: "An expected figure: makes the scene a test.", attributes: &[EXPECT], children: &[] },
     Rule { key: "distribution/fibres", doc: "Statistics of fibres, used by <fibres from=…>.", attributes: &[DISTRIBUTION], children: &[one("fibres")] },

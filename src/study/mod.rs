@@ -1,0 +1,3 @@
+//! Studies of a scene: many runs of it, compared.
+
+pub mod effects;
