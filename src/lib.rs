@@ -8,6 +8,8 @@
 //! Modules stand in the order of their dependencies: each imports only from those above it, and a
 //! test guards that.
 
+#![cfg_attr(not(test), warn(clippy::unwrap_used))]
+
 pub mod math;
 pub mod units;
 pub mod rng;

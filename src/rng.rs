@@ -1,14 +1,17 @@
 //! Random numbers: one independent stream per history.
 //!
-//! The generator is PCG64-DXSM (crate `rand_pcg`; O'Neill 2014, HMC-CS-2014-0905). State **and**
-//! increment of each stream are hashed from (seed, realisation, history, purpose), so histories can
-//! run in any order, on any machine, alone or together, and draw the same numbers. Streams are never
-//! made by `advance`: such streams correlate.
+//! The generator is PCG64-DXSM (O'Neill 2014, HMC-CS-2014-0905, with the output function DXSM and the
+//! cheap multiplier, as numpy has it). State **and** increment of each stream are hashed from (seed,
+//! realisation, history, purpose), so histories can run in any order, on any machine, alone or
+//! together, and draw the same numbers. Streams are never made by `advance`: such streams correlate.
+//!
+//! A stream can draw from another family instead, [`Generator::Philox`]: a check that no result leans
+//! on the generator.
 
+mod philox;
 mod ziggurat;
 
 use crate::math::{FRAC_PI_4, fast};
-use rand_pcg::{Pcg64Dxsm, rand_core::Rng};
 
 /// What a stream is for: two purposes of one history never share a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,9 +25,34 @@ pub enum Purpose {
     Probe = 3,
 }
 
+/// Families of generators.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Generator {
+    /// PCG64-DXSM: a linear congruential generator modulo 2¹²⁸ with a permuted output.
+    #[default]
+    Pcg64Dxsm,
+    /// Philox4x64-10: a block cipher of the draw's number.
+    Philox,
+}
+
 /// A stream of random numbers.
-#[derive(Clone, Debug)]
-pub struct Stream(Pcg64Dxsm);
+#[derive(Clone)]
+pub struct Stream {
+    /// PCG: the state. Philox: number of the next draw.
+    state: u128,
+    /// PCG: the increment, which is odd. Philox: the key, which is even here: that tells the two apart at
+    /// the cost of one test of a bit already at hand.
+    increment: u128,
+}
+
+impl std::fmt::Debug for Stream {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Stream").finish_non_exhaustive()
+    }
+}
+
+/// Multiplier of PCG64-DXSM.
+const MULTIPLIER: u64 = 0xda94_2042_e4dd_58b5;
 
 /// Finaliser of SplitMix64 (Steele, Lea & Flood 2014): a bijection with full avalanche.
 #[inline]
@@ -50,13 +78,42 @@ impl Stream {
         key = mix(key ^ mix(history.wrapping_add(GOLDEN.wrapping_mul(3))));
         key = mix(key ^ mix((purpose as u64).wrapping_add(GOLDEN.wrapping_mul(4))));
         let word = |i: u64| u128::from(mix(key.wrapping_add(GOLDEN.wrapping_mul(i))));
-        Stream(Pcg64Dxsm::new(word(5) << 64 | word(6), word(7) << 64 | word(8)))
+        let increment = (word(7) << 64 | word(8)) << 1 | 1;
+        let state = (word(5) << 64 | word(6)).wrapping_add(increment);
+        Stream { state: state.wrapping_mul(u128::from(MULTIPLIER)).wrapping_add(increment), increment }
+    }
+
+    /// The same from another family: its key is the other's increment, hashed from the same four numbers.
+    #[inline]
+    pub fn with(self, generator: Generator) -> Self {
+        match generator {
+            Generator::Pcg64Dxsm => self,
+            Generator::Philox => Stream { state: 0, increment: self.increment ^ 1 },
+        }
     }
 
     /// 64 random bits.
     #[inline]
     pub fn bits(&mut self) -> u64 {
-        self.0.next_u64()
+        if self.increment as u64 & 1 == 0 {
+            return self.philox();
+        }
+        let (mut high, low) = ((self.state >> 64) as u64, self.state as u64 | 1);
+        self.state = self.state.wrapping_mul(u128::from(MULTIPLIER)).wrapping_add(self.increment);
+        high ^= high >> 32;
+        high = high.wrapping_mul(MULTIPLIER);
+        high ^= high >> 48;
+        high.wrapping_mul(low)
+    }
+
+    /// Each block gives four draws; it is made for each of them, so that a stream stays as small as it is.
+    #[cold]
+    #[inline(never)]
+    fn philox(&mut self) -> u64 {
+        let (draw, key) = (self.state, [self.increment as u64, (self.increment >> 64) as u64]);
+        self.state = draw.wrapping_add(1);
+        let block = philox::block([(draw >> 2) as u64, (draw >> 66) as u64, 0, 0], key);
+        block[(draw & 3) as usize]
     }
 
     /// Uniform on [0, 1), 53 bits.
@@ -141,101 +198,12 @@ impl rand::TryRng for Stream {
         Ok(self.bits())
     }
     fn try_fill_bytes(&mut self, dst: &mut [u8]) -> Result<(), Self::Error> {
-        self.0.fill_bytes(dst);
+        for chunk in dst.chunks_mut(8) {
+            chunk.copy_from_slice(&self.bits().to_le_bytes()[..chunk.len()]);
+        }
         Ok(())
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Value stability: these numbers are part of the program's contract (same seed, same result).
-    #[test]
-    fn first_draws_are_pinned() {
-        let mut s = Stream::of(20_261_122, 0, 0, Purpose::Transport);
-        let first = [s.bits(), s.bits(), s.bits()];
-        let mut s = Stream::of(20_261_122, 0, 1, Purpose::Transport);
-        let second = [s.bits(), s.bits(), s.bits()];
-        assert_ne!(first, second);
-        assert_eq!(first, PINNED_0, "{first:?}");
-        assert_eq!(second, PINNED_1, "{second:?}");
-    }
-    const PINNED_0: [u64; 3] = [9004233200079635120, 10716909521572744637, 10892681980994396528];
-    const PINNED_1: [u64; 3] = [16588283387482491735, 15640702891698913363, 14378095005981100703];
-
-    #[test]
-    fn ziggurat_layers_have_equal_area() {
-        use ziggurat::{AREA, EDGE, TAIL};
-        assert!((TAIL * pxfm::f_exp(-TAIL) + pxfm::f_exp(-TAIL) - AREA).abs() < 1e-17);
-        assert!((EDGE[0] * pxfm::f_exp(-TAIL) - AREA).abs() < 1e-17);
-        for i in 1..256 {
-            let area = EDGE[i] * (pxfm::f_exp(-EDGE[i + 1]) - pxfm::f_exp(-EDGE[i]));
-            assert!((area / AREA - 1.0).abs() < 1e-12, "layer {i}: {area}");
-        }
-        assert_eq!(EDGE[256], 0.0);
-    }
-
-    /// Chi-square over bins of equal probability, the last one deep in the tail, and the first moments.
-    #[test]
-    fn exponential_follows_its_law() {
-        const BINS: usize = 4000;
-        let (n, mut counts, mut sums, mut far) = (20_000_000_u64, vec![0_u64; BINS], [0.0; 3], 0_u64);
-        let mut rng = Stream::of(20_261_122, 0, 7, Purpose::Probe);
-        for _ in 0..n {
-            let x = rng.exponential();
-            assert!((0.0..80.0).contains(&x));
-            counts[((1.0 - pxfm::f_exp(-x)) * BINS as f64) as usize] += 1;
-            far += u64::from(x > 10.0);
-            for (k, s) in sums.iter_mut().enumerate() {
-                *s += x.powi(k as i32 + 1);
-            }
-        }
-        let (n, dof) = (n as f64, BINS as f64 - 1.0);
-        let expected = n / BINS as f64;
-        let chi2: f64 = counts.iter().map(|&c| (c as f64 - expected).powi(2) / expected).sum();
-        assert!(((chi2 - dof) / (2.0 * dof).sqrt()).abs() < 4.0, "chi-square {chi2} of {dof}");
-        let tail = n * pxfm::f_exp(-10.0);
-        assert!((far as f64 - tail).abs() < 4.0 * tail.sqrt(), "{far} beyond 10, expected {tail}");
-        for (k, (mean, variance)) in [(1.0, 1.0), (2.0, 20.0), (6.0, 684.0)].into_iter().enumerate() {
-            let z = (sums[k] / n - mean) / (f64::sqrt(variance / n));
-            assert!(z.abs() < 4.0, "moment {}: z = {z}", k + 1);
-        }
-    }
-
-    #[test]
-    fn azimuth_is_a_uniform_turn() {
-        let (n, mut counts, mut worst) = (4_000_000_u64, [0_u64; 64], 0.0_f64);
-        let mut rng = Stream::of(20_261_122, 0, 8, Purpose::Probe);
-        for _ in 0..n {
-            let bits = rng.clone().bits();
-            let (c, s) = rng.azimuth();
-            // The angle over π, within an eighth of a turn; then the axes and the side.
-            let angle = (bits.cast_signed() >> 11) as f64 / 18_014_398_509_481_984.0;
-            let (x, y) = (pxfm::f_cospi(angle), pxfm::f_sinpi(angle));
-            let (x, y) = if bits & 1 == 1 { (y, x) } else { (x, y) };
-            let side = if bits & 2 == 2 { -1.0 } else { 1.0 };
-            worst = worst.max((c - side * x).abs()).max((s - side * y).abs());
-            counts[(pxfm::f_atan2pi(s, c) * 32.0 + 32.0).min(63.0) as usize] += 1;
-        }
-        assert!(worst <= 2.5e-16, "{worst}");
-        let expected = n as f64 / 64.0;
-        let chi2: f64 = counts.iter().map(|&c| (c as f64 - expected).powi(2) / expected).sum();
-        assert!(((chi2 - 63.0) / 126_f64.sqrt()).abs() < 4.0, "chi-square {chi2} of 63");
-    }
-
-    #[test]
-    fn neighbouring_histories_do_not_correlate() {
-        let n = 20_000_u64;
-        let (mut sxy, mut sx) = (0.0, 0.0);
-        for h in 0..n {
-            let a = Stream::of(1, 0, h, Purpose::Transport).uniform() - 0.5;
-            let b = Stream::of(1, 0, h + 1, Purpose::Transport).uniform() - 0.5;
-            sxy += a * b;
-            sx += a;
-        }
-        let n = n as f64;
-        assert!((12.0 * sxy / n).abs() < 4.0 / n.sqrt());
-        assert!((sx / n).abs() < 4.0 / (12.0 * n).sqrt());
-    }
-}
+mod tests;

@@ -4,8 +4,9 @@
 use lightpro::math::{DVec3, gauss_legendre};
 use lightpro::phase::{Phase, Polar, Table, mie};
 use lightpro::rng::{Purpose, Stream};
+use lightpro::stats::{self, chi_square_pooled};
 use num_complex::Complex64;
-use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
+use statrs::distribution::{ContinuousCDF, Normal};
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
@@ -93,28 +94,11 @@ fn expected(law: &Phase, edges: &[f64], draws: f64) -> Vec<f64> {
 
 /// p-value; neighbouring bins are pooled up to an expectation of 5.
 fn p_value(counts: &[f64], expected: &[f64]) -> f64 {
-    let (mut statistic, mut bins) = (0.0, 0);
-    let (mut c, mut e) = (0.0, 0.0);
-    let mut last = (0.0, 0.0);
-    for (&ci, &ei) in counts.iter().zip(expected) {
-        c += ci;
-        e += ei;
-        if e >= 5.0 {
-            statistic += (c - e) * (c - e) / e;
-            bins += 1;
-            last = (c, e);
-            (c, e) = (0.0, 0.0);
-        }
-    }
-    // What remains joins the last bin.
-    let (lc, le) = last;
-    statistic += (lc + c - le - e).powi(2) / (le + e) - (lc - le).powi(2) / le;
-    assert!(bins >= 2, "no test: {bins} bins");
-    1.0 - ChiSquared::new(f64::from(bins - 1)).unwrap().cdf(statistic)
+    chi_square_pooled(counts, expected)
 }
 
 fn sidak(tests: usize) -> f64 {
-    1.0 - (1.0 - ALPHA).powf(1.0 / tests as f64)
+    stats::sidak(ALPHA, tests)
 }
 
 #[test]

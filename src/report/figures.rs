@@ -6,7 +6,7 @@ use crate::optics::figures::{Measured, PaperWeights};
 use crate::run::Outcome;
 use crate::run::simulate::GroupResult;
 use crate::scene::plan::Plan;
-use crate::scene::{Amount, Scene, Universe};
+use crate::scene::{Amount, Scene};
 use crate::stats::{self, Moments, jackknife};
 use crate::tally::Cell;
 use crate::universe::{Kept, MediumId};
@@ -242,7 +242,7 @@ fn paper_figures(scene: &Scene, outcome: &Outcome) -> Vec<Figure> {
 
 /// Grammage of the sheet as the scene gives it, g/m².
 fn sheet_grammage(scene: &Scene) -> Option<f64> {
-    let Universe::Statistical(sheet) = &scene.universe else { return None };
+    let sheet = scene.universe.sheet()?;
     let mut sum = 0.0;
     for c in sheet.layers.iter().flat_map(|l| &l.components) {
         match c.amount {

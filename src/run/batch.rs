@@ -3,7 +3,7 @@
 use super::sums::{Fate, RECORDS, Sums, Troubled};
 use super::{BATCH, Histories};
 use crate::lpm::{History, Ledger, Scorer, World, trace};
-use crate::rng::{Purpose, Stream};
+use crate::rng::{Generator, Purpose, Stream};
 use crate::source::Source;
 use crate::tally::{Layout, Tally, node::REPLICAS};
 use crate::universe::Universe;
@@ -26,6 +26,8 @@ pub struct Traced<'a, U: Universe, const N: usize> {
     pub layout: &'a Layout,
     /// Which histories.
     pub histories: Histories,
+    /// Family of their streams.
+    pub generator: Generator,
 }
 
 impl<U: Universe, const N: usize> Batches for Traced<'_, U, N> {
@@ -49,8 +51,9 @@ impl<U: Universe, const N: usize> Traced<'_, U, N> {
     /// Traces one history; the memory of the one before is shared where realisations are.
     pub fn history<S: Scorer<N>>(&self, number: u64, h: &mut History<U, N>, scorer: &mut S) {
         h.continues = !number.is_multiple_of(self.layout.shared);
+        let mut rng = Stream::of(self.histories.seed, self.histories.group, number, Purpose::Transport)
+            .with(self.generator);
         h.number = number;
-        let mut rng = Stream::of(self.histories.seed, self.histories.group, number, Purpose::Transport);
         let ray = self.source.emit(&mut rng);
         trace(self.world, ray, h, scorer, &mut rng);
     }

@@ -4,6 +4,8 @@
 //! Layout, little-endian: `LPCHECK` and the version of the format (1 byte), length of the packed
 //! payload (u64), its FNV-1a hash (u64), length of the payload (u64), the payload packed by zlib.
 
+#![cfg_attr(not(test), warn(clippy::indexing_slicing))]
+
 use super::BATCH;
 use super::simulate::State;
 use super::sums::{Fate, RECORDS, Sums, Troubled};
@@ -142,7 +144,7 @@ pub fn from_bytes(bytes: &[u8]) -> Result<Checkpoint, String> {
     if head.take(MAGIC.len()).ok() != Some(MAGIC) {
         return Err("not a checkpoint".to_owned());
     }
-    let version = head.take(1)?[0];
+    let version = head.take(1)?.first().copied().unwrap_or_default();
     if version != VERSION {
         return Err(format!("format {version} of another version of the program (this one reads {VERSION})"));
     }
@@ -195,7 +197,7 @@ pub fn decode(payload: &[u8]) -> Result<Checkpoint, String> {
         }
         state.push(fold);
     }
-    if !aligned || !r.0.is_empty() || state.iter().any(|f| f.next() != state[0].next()) {
+    if !aligned || !r.0.is_empty() || state.windows(2).any(|w| matches!(w, [a, b] if a.next() != b.next())) {
         return Err("damaged: its parts contradict each other".to_owned());
     }
     Ok(Checkpoint { identity, state })
@@ -242,23 +244,36 @@ impl Writer {
     fn node(&mut self, n: &stats::Node<Sums>) {
         self.number(n.first);
         self.number(u64::from(n.level));
-        let node = &n.value.node;
-        let k = node.kept;
-        let counters = [node.histories, node.batches, node.events, node.lost, node.capped, node.samples];
-        counters.into_iter().chain([k.bodies, k.segments, k.bytes, k.pockets]).for_each(|n| self.number(n));
-        self.float(node.worst_imbalance);
-        self.number(node.single.len() as u64);
-        node.single.iter().flatten().for_each(|x| self.float(*x));
-        self.number(node.sums.len() as u64);
-        node.sums.iter().flatten().for_each(|x| self.float(*x));
-        self.number(node.replicas.len() as u64);
-        for (replica, (samples, sums)) in &node.replicas {
+        // Every field by name: a new one that is not stored does not compile.
+        let Sums { node, troubled } = &n.value;
+        let Node {
+            histories,
+            batches,
+            events,
+            worst_imbalance,
+            lost,
+            capped,
+            samples,
+            single,
+            kept: Kept { bodies, segments, bytes, pockets },
+            sums,
+            replicas,
+        } = node;
+        let counters = [histories, batches, events, lost, capped, samples, bodies, segments, bytes, pockets];
+        counters.into_iter().for_each(|n| self.number(*n));
+        self.float(*worst_imbalance);
+        self.number(single.len() as u64);
+        single.iter().flatten().for_each(|x| self.float(*x));
+        self.number(sums.len() as u64);
+        sums.iter().flatten().for_each(|x| self.float(*x));
+        self.number(replicas.len() as u64);
+        for (replica, (samples, sums)) in replicas {
             self.number(u64::from(*replica));
             self.number(*samples);
             sums.iter().for_each(|x| self.float(*x));
         }
-        self.number(n.value.troubled.len() as u64);
-        for t in &n.value.troubled {
+        self.number(troubled.len() as u64);
+        for t in troubled {
             self.number(t.history);
             self.number(match t.fate {
                 Fate::Lost => 0,

@@ -17,6 +17,7 @@ pub use sums::Sums;
 pub use workers::{Fault, Watch};
 
 use crate::lpm::World;
+use crate::rng::Generator;
 use crate::source::Source;
 use crate::stats::Fold;
 use crate::tally::{Layout, Node};
@@ -48,7 +49,8 @@ pub fn run_group<U: Universe, const N: usize>(
     histories: Histories,
     mut progress: impl FnMut(&Fold<Sums>, u64) -> bool + Send,
 ) -> Node {
-    let group = batch::Traced { world, source, layout, histories };
+    let generator = Generator::default();
+    let group = batch::Traced { world, source, layout, histories, generator };
     let mut state = [Fold::default()];
     let mut round = |s: &[Fold<Sums>]| progress(&s[0], (s[0].next() * BATCH).min(histories.count));
     let watch = Watch { stop: &|| false, round: &mut round };

@@ -155,6 +155,7 @@ impl<U: Universe, const N: usize> Ready<'_, U, N> {
             source: &self.plan.source,
             layout: &self.layout,
             histories: self.histories,
+            generator: self.scene.run.generator,
         })
     }
 }
@@ -192,6 +193,7 @@ pub(super) fn groups<'a>(scene: &'a Scene, plan: &'a Plan) -> Result<Vec<Box<dyn
             AnyUniverse::Lazy(u) => lanes(scene, plan, u, w, g),
             AnyUniverse::Mixture(u) => lanes(scene, plan, u, w, g),
             AnyUniverse::Synthetic(u) => lanes(scene, plan, u, w, g),
+            AnyUniverse::Realised(u) => lanes(scene, plan, u, w, g),
             AnyUniverse::Voxel(u) => lanes(scene, plan, u, w, g),
         }
     };
@@ -322,6 +324,7 @@ impl Progress {
 fn backing(scene: &Scene) -> Option<f64> {
     match &scene.universe {
         Where::Statistical(sheet) => sheet.backing,
+        Where::Realised(realised) => realised.sheet.backing,
         Where::Mixture(mixture) => mixture.backing,
         Where::Synthetic(_) | Where::Voxel(_) => None,
     }

@@ -11,6 +11,7 @@ pub mod mixture;
 pub mod model;
 pub mod optics;
 pub mod plan;
+pub mod realise;
 pub mod statistical;
 pub mod synthetic;
 pub mod table;

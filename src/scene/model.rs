@@ -7,6 +7,7 @@ use crate::material::{Conversion, RefractiveIndex};
 use crate::math::DVec3;
 use crate::phase::Phase;
 use crate::phase::polarised::Stokes;
+use crate::rng::Generator;
 use crate::spectrum::Spectrum;
 use crate::universe::voxel::{self, Volume};
 use crate::universe::{MediumId, Overlap, SurfaceId};
@@ -280,8 +281,31 @@ pub enum Universe {
     Mixture(Mixture),
     /// Known explicitly.
     Synthetic(Synthetic),
+    /// Explicit, drawn from statistics.
+    Realised(Realised),
     /// Known voxel by voxel.
     Voxel(Voxels),
+}
+
+impl Universe {
+    /// The statistics of a sheet, drawn as light meets it or realised.
+    pub fn sheet(&self) -> Option<&StatisticalSheet> {
+        match self {
+            Universe::Statistical(sheet) | Universe::Realised(Realised { sheet, .. }) => Some(sheet),
+            Universe::Mixture(_) | Universe::Synthetic(_) | Universe::Voxel(_) => None,
+        }
+    }
+}
+
+/// A statistical sheet realised body by body: the exact (Boolean) ensemble that `memory="full"` is the mean
+/// over.
+#[derive(Clone, Debug)]
+pub struct Realised {
+    /// The statistics.
+    pub sheet: StatisticalSheet,
+    /// Histories of a realisation meet it at random within ± this, µm; `None`: forty mean thicknesses of
+    /// its bodies.
+    pub spread: Option<f64>,
 }
 
 /// A labelled volume.
@@ -658,6 +682,8 @@ pub struct Run {
     pub weights: bool,
     /// Implicit capture (true) or analog absorption.
     pub implicit_capture: bool,
+    /// Family of the generator.
+    pub generator: Generator,
 }
 
 /// An expected figure.

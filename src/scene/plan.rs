@@ -4,7 +4,7 @@ use super::effects::{self, Effect, Kind};
 use super::media::Media;
 use super::model::{self, Memory, Ratio, Scatterer, Scene, Universe};
 use super::statistical::LayerReport;
-use super::{mixture, statistical, synthetic, voxel};
+use super::{mixture, realise, statistical, synthetic, voxel};
 use crate::lpm::LANES;
 use crate::math::DVec3;
 use crate::source::Source;
@@ -61,6 +61,11 @@ impl Plan {
                 let (universe, found) = mixture::build(m, scene, &mut media)?;
                 notes = found;
                 (universe, Vec::new(), Some((m.thickness, 0.0)))
+            }
+            Universe::Realised(r) => {
+                let (universe, top, layers, found) = realise::build(r, scene, &mut media)?;
+                notes = found;
+                (universe, layers, Some((top, 0.0)))
             }
             Universe::Synthetic(s) => {
                 let u = synthetic::universe(s).map_err(|e| e.to_string())?;

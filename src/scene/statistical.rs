@@ -67,18 +67,7 @@ pub fn build(
     scene: &model::Scene,
     media: &mut Media,
 ) -> Result<(AnyUniverse, f64, Vec<LayerReport>), String> {
-    let mut top: f64 = sheet.layers.iter().map(|l| l.thickness).sum();
-    let mut populations = Vec::new();
-    let mut reports = Vec::new();
-    for (i, layer) in sheet.layers.iter().enumerate() {
-        let bottom = if i + 1 == sheet.layers.len() { 0.0 } else { top - layer.thickness };
-        let slab = Slab { top, bottom, pore: layer.pore, surface: layer.surface };
-        let (population, report) =
-            populate(sheet, layer, slab, scene, media).map_err(|e| format!("layer {}: {e}", i + 1))?;
-        populations.push(population);
-        reports.extend(report);
-        top = bottom;
-    }
+    let (populations, reports) = populations(sheet, scene, media)?;
     let rules = Rules {
         rung: rung(sheet.memory),
         outside: sheet.outside,
@@ -99,8 +88,29 @@ pub fn build(
     Ok((made, top, reports))
 }
 
+/// The layers with their densities.
+pub(super) fn populations(
+    sheet: &StatisticalSheet,
+    scene: &model::Scene,
+    media: &mut Media,
+) -> Result<(Vec<Population>, Vec<LayerReport>), String> {
+    let mut top: f64 = sheet.layers.iter().map(|l| l.thickness).sum();
+    let mut populations = Vec::new();
+    let mut reports = Vec::new();
+    for (i, layer) in sheet.layers.iter().enumerate() {
+        let bottom = if i + 1 == sheet.layers.len() { 0.0 } else { top - layer.thickness };
+        let slab = Slab { top, bottom, pore: layer.pore, surface: layer.surface };
+        let (population, report) =
+            populate(sheet, layer, slab, scene, media).map_err(|e| format!("layer {}: {e}", i + 1))?;
+        populations.push(population);
+        reports.extend(report);
+        top = bottom;
+    }
+    Ok((populations, reports))
+}
+
 /// Whether the outermost planes part media of equal index with a smooth surface.
-fn clear_faces(sheet: &StatisticalSheet, scene: &model::Scene) -> [bool; 2] {
+pub(super) fn clear_faces(sheet: &StatisticalSheet, scene: &model::Scene) -> [bool; 2] {
     let index = |m: MediumId| &scene.materials[usize::from(m.0)].index;
     let same = |l: Option<&Layer>| l.is_some_and(|l| index(l.pore) == index(sheet.outside));
     let smooth = sheet.layers.first().is_some_and(|l| l.surface == SurfaceId::SMOOTH);

@@ -1,6 +1,7 @@
 //! Goodness of fit: does a sample follow its law?
 
-use crate::math::{exp, expm1, ln_1p};
+use super::Moments;
+use crate::math::{erfc, exp, expm1, ln_1p};
 use statrs::function::gamma::checked_gamma_ur;
 
 /// P(χ² of `dof` degrees of freedom ≥ statistic).
@@ -67,4 +68,29 @@ pub fn ks_p_value(sorted: &[f64], cdf: impl Fn(f64) -> f64) -> f64 {
 /// probability `alpha` (Šidák 1967): 1 − (1 − α)^(1/m).
 pub fn sidak(alpha: f64, family: usize) -> f64 {
     -expm1(ln_1p(-alpha) / family.max(1) as f64)
+}
+
+/// P(|Z| ≥ |z|) of a standard normal Z.
+pub fn z_p_value(z: f64) -> f64 {
+    erfc(z.abs() * std::f64::consts::FRAC_1_SQRT_2)
+}
+
+/// A mean that an earlier run has found, with the variance of its histories.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stored {
+    /// Mean score.
+    pub mean: f64,
+    /// Variance of the score of a history.
+    pub variance: f64,
+    /// Histories; infinite for a value known exactly.
+    pub histories: f64,
+}
+
+impl Stored {
+    /// Deviation of a new run's mean from the stored one in standard deviations of their difference. The
+    /// stored variance serves for both: a new run without the rare high scores would else judge itself.
+    pub fn z(&self, new: &Moments) -> f64 {
+        let difference = new.mean() - self.mean;
+        difference / (self.variance * (1.0 / new.n as f64 + 1.0 / self.histories)).sqrt()
+    }
 }

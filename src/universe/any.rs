@@ -4,6 +4,7 @@ use super::mixture::MixtureUniverse;
 use super::statistical::StatisticalUniverse;
 use super::statistical::lazy::LazyUniverse;
 use super::synthetic::SyntheticUniverse;
+use super::synthetic::drum::Drum;
 use super::voxel::VoxelUniverse;
 
 /// Any universe; matched once per run, never per event.
@@ -17,6 +18,8 @@ pub enum AnyUniverse {
     Mixture(MixtureUniverse),
     /// Explicit bodies.
     Synthetic(SyntheticUniverse),
+    /// Explicit bodies drawn from statistics, a realisation after the other.
+    Realised(Drum),
     /// A labelled volume.
     Voxel(VoxelUniverse),
 }

@@ -286,3 +286,45 @@ fn sidak_shares_out_the_false_alarm_rate() {
         assert!(((1.0 - level).powi(m as i32) - 0.99).abs() < 1e-12);
     }
 }
+
+#[test]
+fn normal_tail_values() {
+    for (z, p) in [
+        (0.0, 1.0),
+        (1.959_963_984_540_054, 0.05),
+        (-3.290_526_731_491_926, 0.001),
+        (6.0, 1.973_175_290_075e-9),
+    ] {
+        assert!((z_p_value(z) / p - 1.0).abs() < 1e-11, "{z}: {}", z_p_value(z));
+    }
+}
+
+/// The z-test against a stored mean and variance: of 400 seeds about 20 alarm at the 5 % level, scores
+/// rare and skewed as fates are; families of 20 at the Šidák level about as many; and it bites.
+#[test]
+fn the_z_test_keeps_its_error_rate_and_bites() {
+    // Score e with probability 0.3, else nothing: mean 0.3, variance 0.3·2 − 0.09.
+    let run = |seed: u64, n: u32, shift: f64| {
+        let mut rng = stream(seed);
+        let mut m = Moments::default();
+        (0..n).for_each(|_| m.add(if rng.uniform() < 0.3 { rng.exponential() + shift } else { 0.0 }));
+        m
+    };
+    let exact = Stored { mean: 0.3, variance: 0.51, histories: f64::INFINITY };
+    let (mut alarms, mut of_two, mut families) = (0, 0, 0);
+    for seed in 0..400 {
+        alarms += u32::from(z_p_value(exact.z(&run(5000 + seed, 2000, 0.0))) < 0.05);
+        // Against another run of a tenth of the histories.
+        let other = run(15_000 + seed, 200, 0.0);
+        let stored = Stored { mean: other.mean(), variance: 0.51, histories: 200.0 };
+        of_two += u32::from(z_p_value(stored.z(&run(25_000 + seed, 2000, 0.0))) < 0.05);
+        let level = sidak(0.05, 20);
+        let mut family = (0..20).map(|k| exact.z(&run(100_000 + 20 * seed + k, 2000, 0.0)));
+        families += u32::from(family.any(|z| z_p_value(z) < level));
+    }
+    println!("alarms of 400: exact {alarms}, stored run {of_two}, families of 20 {families}");
+    // 99.9 % bounds of the binomial law of 400 trials at 5 %, as above.
+    assert!([alarms, of_two, families].iter().all(|n| (8..=35).contains(n)), "{alarms} {of_two} {families}");
+    // Scores 0.04 higher: the mean is off by 0.012, 5 standard errors of 1e5 histories.
+    assert!(exact.z(&run(1, 100_000, 0.04)).abs() > 3.0);
+}

@@ -17,6 +17,10 @@ impl Reading<'_> {
             } else if c.own.name == "volume" {
                 let d = Diagnostic::error(c.own.place, "a <volume> is known voxel by voxel");
                 self.out.push(d.help("use kind=\"voxel\""));
+            } else if c.own.name == "realise" {
+                let d = Diagnostic::error(c.own.place, "nothing to realise");
+                self.out.push(d.help("a <sheet> whose layers hold <fibres> or <particles>"));
+                c.use_all();
             } else if c.own.name == "sheet" {
                 bodies.extend(self.slabs(e, c));
             } else if let Some(geometry) = self.geometry(c, ambient) {
@@ -58,13 +62,6 @@ impl Reading<'_> {
         let count = layers.len();
         let mut bodies = Vec::new();
         for (i, (node, layer)) in layers.into_iter().enumerate() {
-            if !layer.components.is_empty() {
-                let d = Diagnostic::error(
-                    node.own.place,
-                    "a sheet in a synthetic universe has homogeneous layers only",
-                );
-                self.out.push(d.help("bodies known by statistics belong to kind=\"statistical\""));
-            }
             let z_max = top;
             top = if i + 1 == count { 0.0 } else { top - layer.thickness };
             bodies.push(Body {

@@ -4,6 +4,7 @@ use super::{Node, Reading};
 use crate::lpm::full::Analyser;
 use crate::math::FRAC_PI_2;
 use crate::phase::polarised::Stokes;
+use crate::rng::Generator;
 use crate::scene::diagnostic::Diagnostic;
 use crate::scene::effects::{Kind, Override, apply};
 use crate::scene::model::*;
@@ -132,12 +133,14 @@ impl Reading<'_> {
             branching: Branching::Sample,
             roulette: 1e-3,
             event_cap: 1_000_000,
-            shared: 1,
+            shared: shared(universe, 100_000),
             weights: true,
             implicit_capture: true,
+            generator: Generator::Pcg64Dxsm,
         };
         let Some(e) = e else { return standard };
         self.check_shared(e, universe);
+        let histories = e.count("histories").unwrap_or(standard.histories);
         if self.polarised {
             for (name, bad, help) in [
                 ("branching", "split", "patches know no plane of reference: branching=\"sample\""),
@@ -150,7 +153,7 @@ impl Reading<'_> {
             }
         }
         Run {
-            histories: e.count("histories").unwrap_or(standard.histories),
+            histories,
             seed: e.count("seed").unwrap_or(standard.seed),
             branching: match e.text("branching") {
                 Some("split") => Branching::Split {
@@ -161,9 +164,13 @@ impl Reading<'_> {
             },
             roulette: e.number("roulette").unwrap_or(standard.roulette),
             event_cap: e.count("event-cap").unwrap_or(standard.event_cap),
-            shared: e.count("histories-per-realisation").unwrap_or(1),
+            shared: e.count("histories-per-realisation").unwrap_or(shared(universe, histories)),
             weights: e.yes("weights"),
             implicit_capture: e.text("absorption") != Some("analog"),
+            generator: match e.text("rng") {
+                Some("philox") => Generator::Philox,
+                _ => Generator::Pcg64Dxsm,
+            },
         }
     }
 
@@ -196,7 +203,7 @@ impl Reading<'_> {
                     "start=\"anywhere\"",
                 );
             }
-            Universe::Statistical(_) => {}
+            Universe::Statistical(_) | Universe::Realised(_) => {}
             _ => refuse("only statistical sheets are drawn anew for each history", "leave it out"),
         }
     }
@@ -244,5 +251,15 @@ impl Reading<'_> {
             let line = self.out.line_column(e.own.place).0;
             self.lines.insert(key.into(), line);
         }
+    }
+}
+
+/// Histories that share a realisation if the scene does not say: explicit sheets take longer to make than a
+/// history to trace.
+fn shared(universe: &Universe, histories: u64) -> u64 {
+    const MOST: u64 = 64;
+    match universe {
+        Universe::Realised(_) if histories > 0 => MOST.min(1 << histories.trailing_zeros().min(63)),
+        _ => 1,
     }
 }

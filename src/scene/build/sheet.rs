@@ -16,11 +16,16 @@ impl Reading<'_> {
         let nothing = Universe::Synthetic(Synthetic { ambient: MediumId(0), bodies: Vec::new() });
         let Some(e) = e else { return nothing };
         match e.text("kind") {
-            Some("synthetic") => self.synthetic(e, materials),
+            Some("synthetic") => {
+                self.realised(e, materials, surfaces).unwrap_or_else(|| self.synthetic(e, materials))
+            }
             Some("voxel") => self.voxels(e).unwrap_or(nothing),
             Some("statistical") => match e.child("sheet").ok_or_else(|| e.child("mixture")) {
                 Err(Some(mixture)) => Universe::Mixture(self.markov_mixture(e, mixture, materials)),
-                Ok(sheet) => Universe::Statistical(self.statistical(e, sheet, materials, surfaces)),
+                Ok(sheet) => {
+                    e.children("realise").for_each(|r| r.use_all());
+                    Universe::Statistical(self.statistical(e, sheet, memory(e), materials, surfaces))
+                }
                 Err(None) if e.own.misspelt.get() => nothing,
                 Err(None) => {
                     self.out.push(
@@ -54,17 +59,42 @@ impl Reading<'_> {
         MediumId(0)
     }
 
+    /// A sheet of bodies in a synthetic universe: the same as a statistical one, realised body by body.
+    fn realised(&mut self, e: Node<'_>, materials: &[Material], surfaces: &[Surface]) -> Option<Universe> {
+        let sheet = e.child("sheet")?;
+        let is_body = |c: Node<'_>| matches!(c.own.name.as_str(), "fibres" | "particles");
+        if !sheet.children("layer").any(|l| l.all_children().any(is_body)) {
+            return None;
+        }
+        for c in e.all_children().filter(|c| !matches!(c.own.name.as_str(), "sheet" | "realise")) {
+            let d = Diagnostic::error(c.own.place, "a primitive beside a sheet that is realised");
+            self.out.push(d.help("give the sheet, or the primitives, a scene of its own"));
+            c.use_all();
+        }
+        if e.text("overlap") == Some("forbid") {
+            let d = Diagnostic::error(e.place("overlap"), "the Boolean ensemble has bodies that overlap");
+            self.out.push(d.help("overlap=\"union\" or overlap=\"priority\""));
+        }
+        let options = e.child("realise");
+        let _ = options.map(|r| r.text("model"));
+        let spread = options.and_then(|r| r.number("spread"));
+        // What the same file says to the statistical universe; its mean is that of full memory.
+        let _ = (memory(e), e.text("rate"));
+        let sheet = self.statistical(e, sheet, Memory::Full, materials, surfaces);
+        Some(Universe::Realised(Realised { sheet, spread }))
+    }
+
     fn statistical(
         &mut self,
         e: Node<'_>,
         sheet: Node<'_>,
+        memory: Memory,
         materials: &[Material],
         surfaces: &[Surface],
     ) -> StatisticalSheet {
         let _ = sheet.text("name");
         let layers: Vec<(Node<'_>, Layer)> = self.layers(sheet);
         let backing = self.backing(e, sheet);
-        let memory = memory(e);
         let rate = if memory == Memory::None {
             e.text("rate").map(|r| if r == "boolean" { Rate::Boolean } else { Rate::Matched })
         } else {

@@ -128,6 +128,11 @@ const UNIVERSE: &[A] = &[
     a("backing", Number(Q::Fraction), SHARE, Optional, "As on <sheet>."),
 ];
 
+const REALISE: &[A] = &[
+    w("model", Choice(&["boolean"]), Default("boolean"), "The exact ensemble of the rung memory `full`: bodies stand independently and overlap."),
+    a("spread", Number(Q::Length), NOT_NEG, Optional, "Histories meet their realisation at random within this distance along x and y; without it forty mean thicknesses of the bodies."),
+];
+
 const SHEET: &[A] = &[
     a("thickness", Number(Q::Length), POS, Optional, "Thickness of the sheet; the layers' own must sum to it, one layer without thickness gets the rest."),
     w("pore", Reference("material"), Optional, "Medium between the bodies, for layers without their own."),
@@ -310,6 +315,7 @@ const RUN: &[A] = &[
     a("roulette", Number(Q::Number), Range::below(0.0, 1.0), Default("1e-3"), "Roulette below this share of the start power."),
     a("histories-per-realisation", Number(Q::Count), Range::closed(1.0, 4096.0), Default("1"), "Memory `full`: so many histories (a power of two) share one realisation, and the variance between realisations is told apart."),
     a("event-cap", Number(Q::Count), Range::closed(1.0, 1e12), Default("1e6"), "Guard on the events of one history."),
+    w("rng", Choice(&["pcg64dxsm", "philox"]), Default("pcg64dxsm"), "Family of the generator; another one is a check that no result leans on it, and slower."),
     w("weights", YES_NO, Default("yes"), "Wavelengths whose scattering differs share their paths by weights; `no`: each has its own."),
     w("absorption", Choice(&["implicit", "analog"]), Default("implicit"), "Absorption as weight along the path, or as the end of the ray."),
 ];
@@ -371,13 +377,19 @@ pub static RULES: &[Rule] = &[
     Rule { key: "sap", doc: "Sphere Area Partitioning of the surface's directions; without it the continuous law.", attributes: &[SAP], children: &[] },
     Rule {
         key: "universe",
-        doc: "Where components are. Statistical: one <sheet> or one <mixture>. Synthetic: primitives, or a <sheet> of homogeneous layers. Voxel: one <volume>.",
+        doc: "Where components are. Statistical: one <sheet> or one <mixture>. Synthetic: primitives and homogeneous layers, or a <sheet> of bodies known by their statistics, realised one by one (the same <sheet>: one attribute changes the universe). Voxel: one <volume>.",
         attributes: &[UNIVERSE],
         children: &[
-            maybe("sheet"), maybe("mixture"), maybe("volume"), many("sphere"), many("ellipsoid"), many("cylinder"), many("box"), many("plane"), many("slab"),
+            maybe("sheet"), maybe("realise"), maybe("mixture"), maybe("volume"), many("sphere"), many("ellipsoid"), many("cylinder"), many("box"), many("plane"), many("slab"),
         ],
     },
     Rule { key: "sheet", doc: "Layers from top (where light comes from) to bottom, from z = thickness down to z = 0.", attributes: &[SHEET], children: &[some("layer")] },
+    Rule {
+        key: "realise",
+        doc: "Synthetic: how the bodies of a <sheet> are realised. How many histories share a realisation is a matter of <run>.",
+        attributes: &[REALISE],
+        children: &[],
+    },
     Rule {
         key: "mixture",
         doc: "A Markov mixture: horizontal layers of random thickness of two or more phases, from z = thickness down to z = 0.",

@@ -7,6 +7,9 @@
 //! kind, k): what a ray finds does not depend on which ray asked first. A worker keeps the annuli that
 //! it has generated, and lists of their fibres in the cells of a grid, in its [`Grown`] memory.
 //!
+//! An **ensemble** ([`Boolean::ensemble`]) draws a realisation for each history, or for each run of
+//! histories that share their memory; each of these meets it at a place of its own.
+//!
 //! Lines of direction u and density ν (length over volume) have the measure ν dp dq over the plane
 //! across u. With p along the horizontal normal and H' the thickness (widened by the largest body
 //! radius), all that come within R lie in |p| < R, |q| < ½ H' cos τ + R |sin τ|, τ the tilt.
@@ -38,7 +41,11 @@ const FAR: u32 = 1 << 28;
 pub struct Drum {
     model: Boolean,
     seed: u64,
-    realisation: u64,
+    /// `None`: drawn.
+    realisation: Option<u64>,
+    /// Histories are displaced within ± this, µm.
+    spread: f64,
+    from_pores: bool,
     /// Largest half width of a body (half size where it has an end), µm.
     widest: f64,
     /// How far above and below the sheet the centre of a body of each kind may stand, µm.
@@ -50,9 +57,36 @@ pub struct Drum {
     print: u64,
 }
 
+/// Where histories meet a realisation.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Entry {
+    /// Each history is displaced at random within ± this, µm, along x and y; `None`: forty mean
+    /// thicknesses of the bodies.
+    pub spread: Option<f64>,
+    /// Where it comes into a body it is displaced again: light starts in pores.
+    pub from_pores: bool,
+}
+
+/// Displacements that are tried to start in a pore.
+const MOST_TRIES: u32 = 10_000;
+
+/// Where a ray is in a drum, displaced against the realisation.
+#[derive(Clone, Copy, Debug)]
+pub struct Here {
+    place: Place,
+    shift: DVec3,
+}
+
+impl Here {
+    fn shifted(&self, ray: &Ray) -> Ray {
+        Ray { origin: ray.origin + self.shift, dir: ray.dir }
+    }
+}
+
 /// Bodies of a [`Drum`] generated so far.
 #[derive(Default, Debug)]
 pub struct Grown {
+    /// Seed, realisation and print of the drum.
     of: Option<[u64; 3]>,
     regions: Vec<Region>,
     /// Of the bodies (hollows excepted), as are the extents.
@@ -82,6 +116,23 @@ impl Drum {
     /// # Errors
     /// [`RealiseError`] where the model cannot be realised.
     pub fn new(model: &Boolean, seed: u64, realisation: u64) -> Result<Self, RealiseError> {
+        Self::made(model, seed, Some(realisation), Entry { spread: Some(0.0), from_pores: false })
+    }
+
+    /// All realisations of `model`.
+    ///
+    /// # Errors
+    /// [`RealiseError`] where the model cannot be realised.
+    pub fn ensemble(model: &Boolean, seed: u64, entry: Entry) -> Result<Self, RealiseError> {
+        Self::made(model, seed, None, entry)
+    }
+
+    fn made(
+        model: &Boolean,
+        seed: u64,
+        realisation: Option<u64>,
+        entry: Entry,
+    ) -> Result<Self, RealiseError> {
         model.check()?;
         let (widest, thickness) = model.widths();
         let [bottom, top] = model.sheet;
@@ -97,6 +148,8 @@ impl Drum {
             model: model.clone(),
             seed,
             realisation,
+            spread: entry.spread.unwrap_or(40.0 * thickness),
+            from_pores: entry.from_pores,
             widest,
             margins: (0..model.kinds.len()).map(|i| model.bounds(i).height).collect(),
             lattice: Lattice::new(origin, size),
@@ -107,8 +160,8 @@ impl Drum {
     }
 
     /// Medium that a ray is in where [`Universe::enter`], `moved`, `crossed` or `reflected` left it.
-    pub fn medium(&self, place: &Place, memory: &Grown) -> MediumId {
-        self.rule().owner(place.inside.items(), |k| &memory.regions[k.region()]).medium
+    pub fn medium(&self, place: &Here, memory: &Grown) -> MediumId {
+        self.rule().owner(place.place.inside.items(), |k| &memory.regions[k.region()]).medium
     }
 
     fn rule(&self) -> Rule {
@@ -118,13 +171,32 @@ impl Drum {
     /// How bodies are searched, in words.
     pub fn describe_search(&self) -> String {
         format!(
-            "drum that grows ahead of the rays, grid cells of {:.3} µm, {} over the thickness",
-            self.lattice.size.x, self.layers
+            "drum that grows ahead of the rays, grid cells of {:.3} µm, {} over the thickness, histories within \
+             ± {:.0} µm",
+            self.lattice.size.x, self.layers, self.spread
         )
     }
 
-    fn key(&self) -> [u64; 3] {
-        [self.seed, self.realisation, self.print]
+    /// The sheet's lower and upper plane, µm.
+    pub fn planes(&self) -> [f64; 2] {
+        self.model.sheet
+    }
+
+    /// Has `memory` hold the realisation number `realisation`.
+    fn hold(&self, memory: &mut Grown, realisation: u64) {
+        let key = Some([self.seed, realisation, self.print]);
+        if memory.of != key {
+            *memory = Grown { of: key, ..Grown::default() };
+        }
+    }
+
+    /// A ray that comes in at `shift` from where it seems to.
+    fn stand(&self, ray: &Ray, shift: DVec3, memory: &mut Grown) -> Start<Here> {
+        let mut here = Here { place: Place::new(*ray), shift };
+        here.place = flight::start(&mut self.view(memory), &here.shifted(ray));
+        // More bodies than can be numbered: nothing is right from here on.
+        here.place.lost |= memory.regions.len() >= MOST;
+        Start { place: here, medium: self.medium(&here, memory) }
     }
 
     fn view<'a>(&'a self, grown: &'a mut Grown) -> Growing<'a> {
@@ -133,6 +205,7 @@ impl Drum {
 
     /// Generates annuli until all bodies within `radius` of the z axis are known.
     fn grow(&self, grown: &mut Grown, radius: f64) {
+        let Some([seed, realisation, _]) = grown.of else { return };
         while grown.radius < radius {
             let (from, to) = match grown.annuli {
                 0 => (0.0, self.first),
@@ -140,7 +213,7 @@ impl Drum {
             };
             for i in 0..self.model.kinds.len() {
                 let stream = u64::from(grown.annuli) << 16 | i as u64;
-                let mut rng = Stream::of(self.seed, self.realisation, stream, Purpose::Realisation);
+                let mut rng = Stream::of(seed, realisation, stream, Purpose::Realisation);
                 self.annulus(grown, i, [from, to], &mut rng);
             }
             grown.annuli += 1;
@@ -352,37 +425,58 @@ impl Space for Growing<'_> {
 
 impl Universe for Drum {
     type Memory = Grown;
-    type Place = Place;
+    type Place = Here;
 
-    /// Bodies belong to the realisation, not to the history: they are kept.
+    /// Bodies belong to the realisation, not to the history: one that is given is kept.
     fn forget(&self, memory: &mut Grown) {
-        if memory.of != Some(self.key()) {
-            *memory = Grown { of: Some(self.key()), ..Grown::default() };
+        match self.realisation {
+            Some(realisation) => self.hold(memory, realisation),
+            None => memory.of = None,
         }
     }
 
-    fn enter(&self, ray: &Ray, memory: &mut Grown, _: &mut Stream) -> Start<Place> {
-        self.forget(memory);
-        let mut place = flight::start(&mut self.view(memory), ray);
-        // More bodies than can be numbered: nothing is right from here on.
-        place.lost |= memory.regions.len() >= MOST;
-        Start { place, medium: self.medium(&place, memory) }
+    fn share(&self, memory: &mut Grown) {
+        if self.realisation.is_some() {
+            self.forget(memory);
+        }
+    }
+
+    fn enter(&self, ray: &Ray, memory: &mut Grown, rng: &mut Stream) -> Start<Here> {
+        let held = memory.of.filter(|of| of[2] == self.print).map(|of| of[1]);
+        let realisation = self.realisation.or(held).unwrap_or_else(|| rng.bits());
+        self.hold(memory, realisation);
+        let mut tries = 0;
+        loop {
+            let mut away = || if self.spread > 0.0 { 2.0 * rng.uniform() - 1.0 } else { 0.0 };
+            let shift = DVec3::new(away(), away(), 0.0) * self.spread;
+            let start = self.stand(ray, shift, memory);
+            if !self.from_pores || start.medium == self.model.pore || tries == MOST_TRIES {
+                return start;
+            }
+            tries += 1;
+        }
+    }
+
+    fn come_back(&self, ray: &Ray, place: &Here, memory: &mut Grown, _: &mut Stream) -> Start<Here> {
+        self.stand(ray, place.shift, memory)
     }
 
     #[inline]
-    fn next(&self, ray: &Ray, place: &mut Place, memory: &mut Grown, limit: f64, _: &mut Stream) -> Next {
-        next_in(&mut self.view(memory), Some(self.model.sheet), ray, place, limit)
+    fn next(&self, ray: &Ray, here: &mut Here, memory: &mut Grown, limit: f64, _: &mut Stream) -> Next {
+        let ray = here.shifted(ray);
+        next_in(&mut self.view(memory), Some(self.model.sheet), &ray, &mut here.place, limit)
     }
 
-    fn moved(&self, ray: &Ray, place: &mut Place, memory: &mut Grown, d: f64) {
-        flight::moved(&mut self.view(memory), place, ray, d);
+    fn moved(&self, ray: &Ray, here: &mut Here, memory: &mut Grown, d: f64) {
+        let ray = here.shifted(ray);
+        flight::moved(&mut self.view(memory), &mut here.place, &ray, d);
     }
 
-    fn reflected(&self, ray: &Ray, place: &mut Place, _: &mut Grown, _at: &Interface) {
-        place.turn_back(*ray);
+    fn reflected(&self, ray: &Ray, here: &mut Here, _: &mut Grown, _at: &Interface) {
+        here.place.turn_back(here.shifted(ray));
     }
 
-    fn crossed(&self, ray: &mut Ray, place: &mut Place, _: &mut Grown, _at: &Interface) {
-        place.go_on(*ray);
+    fn crossed(&self, ray: &mut Ray, here: &mut Here, _: &mut Grown, _at: &Interface) {
+        here.place.go_on(here.shifted(ray));
     }
 }

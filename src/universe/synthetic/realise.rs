@@ -5,7 +5,7 @@
 //! decides between solids. Their number is a Poisson variate. The mean over realisations is what rung
 //! `full` of the statistical universe computes without geometry.
 
-use super::drum::Drum;
+use super::drum::{Drum, Entry};
 use super::{Error, Part, Search, Setting, SyntheticUniverse};
 use crate::law::Tilt;
 use crate::math::DVec3;
@@ -63,6 +63,14 @@ impl Boolean {
     /// [`RealiseError`] where the population cannot be realised.
     pub fn drum(&self, seed: u64, realisation: u64) -> Result<Drum, RealiseError> {
         Drum::new(self, seed, realisation)
+    }
+
+    /// All realisations, each drawn for a history, or for the histories that share a memory.
+    ///
+    /// # Errors
+    /// [`RealiseError`] where the population cannot be realised.
+    pub fn ensemble(&self, seed: u64, entry: Entry) -> Result<Drum, RealiseError> {
+        Drum::ensemble(self, seed, entry)
     }
 
     /// The realisation number `realisation` in a laterally periodic cell of the given periods, µm.

@@ -1,6 +1,8 @@
 //! MetaImage (.mhd with a raw file beside it, .mha with the data behind the header), uncompressed. The
 //! voxel size is the scene's; `ElementSpacing` is not used.
 
+#![cfg_attr(not(test), warn(clippy::indexing_slicing))]
+
 use super::header::{Lines, beside, three};
 use super::{Error, Layout, Sample, Source};
 use std::path::Path;

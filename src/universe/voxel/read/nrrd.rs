@@ -1,6 +1,8 @@
 //! NRRD (<http://teem.sourceforge.net/nrrd/format.html>): header in lines, data attached or in one
 //! file beside it, encoding raw or gzip. The voxel size is the scene's; `spacings` is not used.
 
+#![cfg_attr(not(test), warn(clippy::indexing_slicing))]
+
 use super::header::{Lines, beside, three};
 use super::{Error, Layout, Sample, Source};
 use std::path::Path;
