@@ -1,7 +1,7 @@
 //! The event loop: one history from source to fate.
 
 use super::full::{self, Extra, Full};
-use super::ledger::{Ledger, add, largest, scaled};
+use super::ledger::{Ledger, add, largest, scaled, total};
 use super::light::{Light, Medium};
 use super::look;
 use super::surface::{Fate, Meeting};
@@ -459,7 +459,7 @@ pub(super) fn roulette<U: Universe, const N: usize>(
     let power = match world.full {
         // Lanes that go together by weights differ up to N-fold: their mean.
         Some(full) if N > 1 && full.lanes == full::Lanes::Weighted => {
-            path.power.iter().take(world.light.lanes).sum::<f64>() / world.light.lanes as f64
+            total(&path.power, world.light.lanes) / world.light.lanes as f64
         }
         _ => largest(&path.power),
     };
