@@ -77,10 +77,10 @@ impl Report<'_> {
             Some((name, values, _)) => format!(" · {} runs over {}", values.len(), escape(name)),
             None => String::new(),
         };
-        let _ = write!(
+        let _ = writeln!(
             body,
             "<h1>{}</h1>\n<p class=\"lead\">LightPro {} · {} histories for each of {} wavelength group(s), seed {}\
-             {several}{state}. “±” is one standard error.</p>\n",
+             {several}{state}. “±” is one standard error.</p>",
             escape(&first.scene.name),
             escape(&r.lightpro),
             r.histories,
@@ -148,7 +148,7 @@ impl Report<'_> {
     fn controls(&self, wavelengths: usize, runs: usize, body: &mut String) {
         let what = self.sweep.map_or("incidence", |s| s.0);
         let hidden = |n: usize| if n < 2 { " disabled" } else { "" };
-        let _ = write!(
+        let _ = writeln!(
             body,
             "<h2 id=\"directions\">Where the light goes</h2>\n<div class=\"controls\">\
              <label>wavelength <input type=\"range\" id=\"wavelength\" min=\"0\" max=\"{}\" value=\"{}\" step=\"1\"{}>\
@@ -162,7 +162,7 @@ impl Report<'_> {
              error. One scale for all positions of the sliders.</figcaption></figure>\
              <figure><svg class=\"live\" id=\"map\" viewBox=\"0 0 540 330\" role=\"img\" \
              aria-label=\"hemisphere map\"></svg><figcaption>Whole hemispheres, equal areas; azimuth 0° (mirror \
-             direction) to the right.</figcaption></figure></div>\n",
+             direction) to the right.</figcaption></figure></div>",
             wavelengths.saturating_sub(1),
             wavelengths / 2,
             hidden(wavelengths),
@@ -194,7 +194,7 @@ impl Report<'_> {
         figures.push(("Mean over wavelengths; all of the emitted power.".into(), inline(&ledger)));
         body.push_str("<h2>Spectra, profiles, ledger</h2>\n<div class=\"grid\">\n");
         for (caption, svg) in figures {
-            let _ = write!(body, "<figure>{svg}<figcaption>{}</figcaption></figure>\n", escape(&caption));
+            let _ = writeln!(body, "<figure>{svg}<figcaption>{}</figcaption></figure>", escape(&caption));
         }
         body.push_str("</div>\n");
     }
@@ -202,17 +202,17 @@ impl Report<'_> {
     /// Plan, scene and what repeats the run.
     fn understood(&self, first: &Part, body: &mut String) {
         let m = self.manifest;
-        let _ = write!(body, "<h2>Plan</h2>\n<pre>{}</pre>\n", escape(self.plan.to_string()));
-        let _ = write!(
+        let _ = writeln!(body, "<h2>Plan</h2>\n<pre>{}</pre>", escape(self.plan.to_string()));
+        let _ = writeln!(
             body,
             "<h2>Scene as understood</h2>\n<details><summary>All values, defaults filled in</summary><pre>{}</pre>\
-             </details>\n",
+             </details>",
             escape(serde_json::to_string_pretty(&m.scene).unwrap_or_default())
         );
         if let Ok(text) = std::fs::read_to_string(&first.scene.path) {
-            let _ = write!(
+            let _ = writeln!(
                 body,
-                "<details><summary>The scene file</summary><pre>{}</pre></details>\n",
+                "<details><summary>The scene file</summary><pre>{}</pre></details>",
                 escape(&text)
             );
         }
@@ -248,7 +248,7 @@ impl Report<'_> {
     /// Table and plots of the broad-band figures (or those of the middle wavelength) over a sweep.
     fn sweep_section(&self, (name, values, unit): (&str, &[f64], &str), body: &mut String) {
         let results: Vec<&RunResult> = self.parts.iter().map(|p| p.result).collect();
-        let _ = write!(body, "<h2>Sweep of {}</h2>\n<div class=\"grid\">\n", escape(name));
+        let _ = writeln!(body, "<h2>Sweep of {}</h2>\n<div class=\"grid\">", escape(name));
         for (label, unit_y, points) in sweep_curves(&results, values).into_iter().take(8) {
             let curve = Curve { label: label.clone(), points };
             let svg = LinePlot {
@@ -259,21 +259,24 @@ impl Report<'_> {
                 dots: true,
             }
             .svg();
-            let _ = write!(body, "<figure>{}</figure>\n", svg_only(&svg));
+            let _ = writeln!(body, "<figure>{}</figure>", svg_only(&svg));
         }
         body.push_str("</div>\n");
-        let _ = write!(body, "{}\n", csv_table(&sweep_csv(name, &results, values)));
-        let _ = write!(
+        let _ = writeln!(body, "{}", csv_table(&sweep_csv(name, &results, values)));
+        let _ = writeln!(
             body,
-            "<p class=\"lead\">What follows is the first run, {} = {}.</p>\n",
+            "<p class=\"lead\">What follows is the first run, {} = {}.</p>",
             escape(name),
             self.parts[0].label
         );
     }
 }
 
+/// A figure over a sweep: label, unit, (value of the sweep, value, standard error).
+pub type SweepCurve = (String, String, Vec<(f64, f64, f64)>);
+
 /// Figures worth a curve over a sweep: (label, unit, points); of spectra the middle wavelength.
-pub fn sweep_curves(results: &[&RunResult], values: &[f64]) -> Vec<(String, String, Vec<(f64, f64, f64)>)> {
+pub fn sweep_curves(results: &[&RunResult], values: &[f64]) -> Vec<SweepCurve> {
     let Some(first) = results.first() else { return Vec::new() };
     let wavelengths: Vec<f64> = first.figures.iter().filter_map(|f| f.wavelength_nm).collect();
     let middle = wavelengths.get(wavelengths.len() / 2).copied();
@@ -416,9 +419,9 @@ fn figures(result: &RunResult, body: &mut String) {
     if spectral.len() <= 12 {
         body.push_str(&table(&spectral));
     } else {
-        let _ = write!(
+        let _ = writeln!(
             body,
-            "<details><summary>{} figures by wavelength</summary>{}</details>\n",
+            "<details><summary>{} figures by wavelength</summary>{}</details>",
             spectral.len(),
             table(&spectral)
         );
@@ -446,7 +449,7 @@ fn colours(result: &RunResult, body: &mut String) {
         );
     }
     if !out.is_empty() {
-        let _ = write!(body, "<h2>Colour of the opaque pad</h2>\n<div class=\"patches\">{out}</div>\n");
+        let _ = writeln!(body, "<h2>Colour of the opaque pad</h2>\n<div class=\"patches\">{out}</div>");
     }
 }
 
@@ -474,9 +477,9 @@ fn effects(result: &RunResult, body: &mut String) {
     body.push_str("<h2>Effects</h2>\n<table><tr><th>effect</th><th></th><th>why</th></tr>\n");
     for (name, e) in &result.effects.0 {
         let (class, word) = if e.on { ("", "on") } else { (" class=\"off\"", "off") };
-        let _ = write!(
+        let _ = writeln!(
             body,
-            "<tr{class}><td>{}</td><td>{word}</td><td>{}</td></tr>\n",
+            "<tr{class}><td>{}</td><td>{word}</td><td>{}</td></tr>",
             escape(name),
             escape(&e.why)
         );
