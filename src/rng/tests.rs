@@ -113,7 +113,7 @@ fn azimuth_is_a_uniform_turn() {
 
 /// z of the correlation of two streams' uniform draws, over n pairs.
 fn correlation(n: u64, mut pair: impl FnMut(u64) -> (f64, f64)) -> f64 {
-    let sum: f64 = (0..n).map(|i| pair(i)).map(|(x, y)| (x - 0.5) * (y - 0.5)).sum();
+    let sum: f64 = (0..n).map(&mut pair).map(|(x, y)| (x - 0.5) * (y - 0.5)).sum();
     12.0 * sum / (n as f64).sqrt()
 }
 

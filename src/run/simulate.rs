@@ -8,6 +8,7 @@ use super::{BATCH, Histories};
 use crate::lpm::split::Split;
 use crate::lpm::{Full, History, LANES, Light, World};
 use crate::math::cos;
+use crate::rng::{self, Generator};
 use crate::sap::Healpix;
 use crate::scene::effects::Kind;
 use crate::scene::plan::Plan;
@@ -186,6 +187,11 @@ impl<U: Universe, const N: usize> Group for Ready<'_, U, N> {
 
 /// Makes every wavelength group of a plan ready.
 pub(super) fn groups<'a>(scene: &'a Scene, plan: &'a Plan) -> Result<Vec<Box<dyn Group + 'a>>, String> {
+    if scene.run.generator != Generator::default() && !rng::SWAPS {
+        return Err("this program was built without a second generator: \
+                    cargo build --release --features philox"
+            .to_owned());
+    }
     let ready = |(group, wavelengths): (usize, &Vec<f64>)| {
         let (w, g) = (wavelengths.as_slice(), group as u64);
         match &plan.universe {

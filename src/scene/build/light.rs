@@ -164,7 +164,10 @@ impl Reading<'_> {
             },
             roulette: e.number("roulette").unwrap_or(standard.roulette),
             event_cap: e.count("event-cap").unwrap_or(standard.event_cap),
-            shared: e.count("histories-per-realisation").unwrap_or(shared(universe, histories)),
+            shared: match e.count("histories-per-realisation") {
+                Some(m) if e.has("histories-per-realisation") => m,
+                _ => shared(universe, histories),
+            },
             weights: match e.text("weights") {
                 Some("yes") => Some(true),
                 Some("no") => Some(false),

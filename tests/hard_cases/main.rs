@@ -1,0 +1,55 @@
+//! The hard cases of the design, one by one: what goes wrong in the plain form (measured here), and what
+//! the program gives. `docs/numerics.md` is written from this test: LIGHTPRO_WRITE=1 cargo test --test
+//! hard_cases.
+#![allow(clippy::disallowed_methods, missing_docs)]
+
+mod cases;
+mod relations;
+
+use std::path::Path;
+
+/// A line of the table.
+pub struct Row {
+    /// The item of the design's list.
+    pub case: &'static str,
+    /// What the plain form does.
+    pub plain: String,
+    /// What ours gives.
+    pub ours: String,
+    /// Where it is held: files with the names of tests or scenes in them.
+    pub held: &'static [(&'static str, &'static str)],
+}
+
+/// One significant digit: enough to compare, and the same for every rounding of the last bits.
+pub fn one(x: f64) -> String {
+    format!("{x:.0e}")
+}
+
+const HEAD: &str = "# Where formulas meet floating point
+
+What a textbook form does in double precision where it is hard, measured, and what the program does instead. Written by `LIGHTPRO_WRITE=1 cargo test --test hard_cases`; the test fails where this page is out of step. The last column names the test that holds the case (file: name).
+
+| case | plain form | here | held by |
+| --- | --- | --- | --- |
+";
+
+#[test]
+fn the_page_is_in_step() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut text = HEAD.to_owned();
+    for row in cases::all() {
+        let mut held = Vec::new();
+        for (file, name) in row.held {
+            let content = std::fs::read_to_string(root.join(file)).unwrap_or_default();
+            assert!(content.contains(name), "{}: no `{name}` in {file}", row.case);
+            held.push(format!("`{file}`: {name}"));
+        }
+        text += &format!("| {} | {} | {} | {} |\n", row.case, row.plain, row.ours, held.join("; "));
+    }
+    let page = root.join("docs/numerics.md");
+    if std::env::var_os("LIGHTPRO_WRITE").is_some() {
+        std::fs::write(&page, &text).unwrap();
+    }
+    let stands = std::fs::read_to_string(&page).unwrap_or_default();
+    assert!(stands == text, "docs/numerics.md is out of step: LIGHTPRO_WRITE=1 cargo test --test hard_cases");
+}
