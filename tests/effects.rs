@@ -125,16 +125,15 @@ fn patches_with_their_density_change_nothing() {
 fn polarisation_where_nothing_polarises_changes_nothing() {
     // Index-matched: no surface polarises, and the law of scattering knows no state.
     let text = slab(1.0, HG, "550 nm");
-    let (plain, forced) = (run(&text, &[], 4_000_000), run(&text, &["polarisation=on:test"], 4_000_000));
+    let (plain, forced) = (run(&text, &[], 1_000_000), run(&text, &["polarisation=on:test"], 1_000_000));
     assert!(!plain.plan.full && forced.plan.full);
     // No draw is consumed, and the full loop asks in the same order.
     for (a, b) in plain.result.figures.iter().zip(&forced.result.figures) {
         assert!((a.value.unwrap() - b.value.unwrap()).abs() < 1e-12, "{a:?} {b:?}");
     }
-    compare(&plain, &forced, 3e-4);
     // With surfaces in normal light at a plate: both states are reflected alike.
     let text = slab(1.5, "", "550 nm").replace("polar=\"30 deg\"", "polar=\"0 deg\"");
-    compare(&run(&text, &[], 6_000_000), &run(&text, &["polarisation=on:test"], 6_000_000), 1.3e-4);
+    compare(&run(&text, &[], 3_000_000), &run(&text, &["polarisation=on:test"], 3_000_000), 1.8e-4);
 }
 
 #[test]

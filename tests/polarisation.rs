@@ -99,9 +99,9 @@ fn rayleigh(depth: f64) -> [f64; 4] {
 /// Conservative slabs keep the flux: what comes in goes out; thin ones scatter as once.
 #[test]
 fn the_independent_solution_is_sound() {
-    for depth in [1e-3, 0.5, 2.0] {
+    for depth in [1e-3, 0.5, 2.0_f64] {
         let f = rayleigh(depth);
-        let sum: f64 = f.iter().sum::<f64>() + (-depth as f64).exp();
+        let sum: f64 = f.iter().sum::<f64>() + (-depth).exp();
         println!("{depth}: {f:?} {sum}");
         assert!((sum - 1.0).abs() < 2e-5, "{depth}: {sum}");
     }
@@ -112,12 +112,12 @@ fn the_independent_solution_is_sound() {
 
 #[test]
 fn rayleigh_slabs_meet_successive_orders() {
-    for depth in [0.5, 2.0] {
+    for depth in [0.5, 2.0_f64] {
         let want = rayleigh(depth);
         let inside = format!(r#"<scattering mu-s="{} 1/um" phase="rayleigh"/>"#, depth / 100.0);
         for (i, analyser) in ["parallel", "perpendicular"].iter().enumerate() {
             let done = run(&slab(1.0, &inside, "", analyser), 4_000_000).unwrap();
-            let direct = 0.5 * (-depth as f64).exp();
+            let direct = 0.5 * (-depth).exp();
             for (name, want) in [("reflectance", want[i]), ("transmittance", want[2 + i] + direct)] {
                 let (got, se) = figure(&done, name);
                 println!("depth {depth} {analyser:<13} {name:<13} {got:.6} ± {se:.6}, wanted {want:.6}");

@@ -92,6 +92,16 @@ pub fn scaled<const N: usize>(w: &[f64; N], f: f64) -> [f64; N] {
     out
 }
 
+/// Sum of the first `lanes` lanes, in eight parts: no addition waits for the one before.
+#[inline]
+pub fn total<const N: usize>(w: &[f64; N], lanes: usize) -> f64 {
+    let mut parts = [0.0; 8];
+    for k in 0..N {
+        parts[k & 7] += if k < lanes { w[k] } else { 0.0 };
+    }
+    ((parts[0] + parts[4]) + (parts[1] + parts[5])) + ((parts[2] + parts[6]) + (parts[3] + parts[7]))
+}
+
 /// The largest lane.
 #[inline]
 pub fn largest<const N: usize>(w: &[f64; N]) -> f64 {

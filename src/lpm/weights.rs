@@ -8,6 +8,7 @@
 //! roulette's: its mean is 0.
 
 use super::history::History;
+use super::ledger::total;
 use super::light::Light;
 use super::surface::{Directions, Fate, Meeting, SurfaceLaw};
 use crate::math::fast;
@@ -192,12 +193,10 @@ pub fn apply<U: Universe, const N: usize>(
     // Over that of the drawing lane, which is positive: where all agree, exactly 1.
     let own = 1.0 / by[h.extra.lane];
     let likelihood = &mut h.extra.likelihood;
-    let mut sum = 0.0;
     for k in 0..N {
         likelihood[k] *= by[k] * own;
-        sum += if k < lanes { likelihood[k] } else { 0.0 };
     }
-    let scale = lanes as f64 / sum;
+    let scale = lanes as f64 / total(likelihood, lanes);
     let (ledger, carry) = (&mut h.ledger.roulette, &mut h.extra.carry);
     for k in 0..N {
         likelihood[k] *= scale;

@@ -278,7 +278,7 @@ impl Kind {
                             let own = m.absorption.as_ref().map_or(Ok(0.0), |s| s.at(*nm));
                             *a += own.map_err(|e| format!("material '{}': {e}", m.id))?;
                         }
-                        let table = Table::new(&*m.id, grid.clone(), all).map_err(|e| e.to_string())?;
+                        let table = Table::new(&m.id, grid.clone(), all).map_err(|e| e.to_string())?;
                         m.absorption = Some(table.into());
                     }
                     m.conversions.retain(|c| !fluoresces(c.0));
@@ -346,12 +346,19 @@ impl Kind {
             Kind::Fluorescence => return none("give a material a <fluorescence>"),
             Kind::Shifts => return none("give a material a <shift>"),
             Kind::Lambertian => return none("give a surface kind=\"lambertian\""),
-            Kind::Subsurface => scene.materials.iter_mut().for_each(|m| {
-                if m.scattering.is_empty() {
-                    let mu_s = Spectrum::Constant(NEUTRAL_SCATTERING);
-                    m.scattering.push(Scatterer::Coefficient { mu_s, phase: Phase::Isotropic });
+            Kind::Subsurface => {
+                // Not where rays go on for ever: they would scatter for certain.
+                let unbounded = match &scene.universe {
+                    model::Universe::Synthetic(s) => Some(usize::from(s.ambient.0)),
+                    _ => None,
+                };
+                for (i, m) in scene.materials.iter_mut().enumerate() {
+                    if m.scattering.is_empty() && Some(i) != unbounded {
+                        let mu_s = Spectrum::Constant(NEUTRAL_SCATTERING);
+                        m.scattering.push(Scatterer::Coefficient { mu_s, phase: Phase::Isotropic });
+                    }
                 }
-            }),
+            }
             Kind::Sap => {
                 let spec = model::SapSpec {
                     nside: 4,
@@ -418,7 +425,7 @@ fn flatten(scene: &mut Scene) -> Result<(), String> {
         if m.index.k.take().is_some() {
             m.absorption = Some(match grid.len() {
                 1 => Spectrum::Constant(absorbed[0]),
-                _ => Table::new(&*m.id, grid.clone(), absorbed).map_err(of)?.into(),
+                _ => Table::new(&m.id, grid.clone(), absorbed).map_err(of)?.into(),
             });
         }
     }

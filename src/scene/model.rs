@@ -625,15 +625,70 @@ pub struct Detect {
     pub time: bool,
     /// Polariser before the detectors.
     pub analyser: Option<Analyser>,
+    /// Opening of the glossmeter's window, rad: in and across the plane of incidence (`None`: a circle).
+    pub gloss: Option<(f64, Option<f64>)>,
+    /// Angle beyond which transmitted light is haze, rad.
+    pub haze: Option<f64>,
+    /// Lateral spread: radius (µm) and rings.
+    pub lateral: Option<(f64, u32)>,
+    /// Path-length histograms: longest (µm) and bins.
+    pub flight: Option<(f64, u32)>,
+    /// Halftone screens.
+    pub halftones: Vec<Halftone>,
+    /// Scattering matrix in the Klems basis.
+    pub klems: bool,
+    /// Exact directions by next-event estimation: polar angle and azimuth, rad.
+    pub views: Vec<(f64, f64)>,
+}
+
+/// A line screen of ink upon the sheet.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Halftone {
+    /// Share of the area under ink.
+    pub coverage: f64,
+    /// Period of the lines, µm.
+    pub period: f64,
+    /// Transmittance of the ink film for one passage.
+    pub ink: f64,
 }
 
 /// Geometry of a reflectance factor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OpticsGeometry {
-    /// Diffuse light, view at 0°.
+    /// d/0: diffuse light, view at 0°.
     DiffuseNormal,
+    /// 0/d: light from 0°, all that leaves outside the gloss trap.
+    NormalDiffuse,
+    /// 45/0: light from 45°, view at 0°.
+    FortyFiveNormal,
+    /// 8/d: light from 8°, all that leaves outside the trap, if there is one.
+    EightDiffuse,
     /// Light as the source says, all reflected power counted.
     Total,
+}
+
+impl OpticsGeometry {
+    /// The word of the scene.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::DiffuseNormal => "d/0",
+            Self::NormalDiffuse => "0/d",
+            Self::FortyFiveNormal => "45/0",
+            Self::EightDiffuse => "8/d",
+            Self::Total => "total",
+        }
+    }
+
+    /// Polar angle of the parallel light that the geometry asks for, rad.
+    pub fn polar(self) -> Option<f64> {
+        let degrees = match self {
+            Self::NormalDiffuse => 0.0,
+            Self::FortyFiveNormal => 45.0,
+            Self::EightDiffuse => 8.0,
+            Self::DiffuseNormal | Self::Total => return None,
+        };
+        Some(degrees * crate::math::PI / 180.0)
+    }
 }
 
 /// Figures of paper optics.
@@ -641,8 +696,12 @@ pub enum OpticsGeometry {
 pub struct PaperOptics {
     /// How the reflectance factor is measured.
     pub geometry: OpticsGeometry,
-    /// Half angle of the viewing cone for d/0, rad.
+    /// Half angle of the viewing cone for d/0 and 45/0, rad.
     pub view: f64,
+    /// Half angle of the gloss trap for 0/d and 8/d, rad; 0: none.
+    pub trap: f64,
+    /// Reflectance of the backing below an air gap, instead of the pile.
+    pub backing: Option<f64>,
     /// Most sheets in the simulated pile.
     pub pile: u32,
     /// Grammage for s and k, g/m²; None: that of the sheet.

@@ -450,7 +450,9 @@ impl Universe for Drum {
             let mut away = || if self.spread > 0.0 { 2.0 * rng.uniform() - 1.0 } else { 0.0 };
             let shift = DVec3::new(away(), away(), 0.0) * self.spread;
             let start = self.stand(ray, shift, memory);
-            if !self.from_pores || start.medium == self.model.pore || tries == MOST_TRIES {
+            // A lumen is no pore, though its medium be the same.
+            let in_pore = start.place.place.inside.items().is_empty();
+            if !self.from_pores || in_pore || tries == MOST_TRIES {
                 return start;
             }
             tries += 1;
