@@ -207,8 +207,8 @@ pub struct Run {
     pub event_cap: u64,
     /// Histories that share one realisation.
     pub shared: u64,
-    /// Wavelengths whose scattering differs may go together by weights.
-    pub weights: bool,
+    /// Wavelengths whose scattering differs go together by weights; `None`: where that pays.
+    pub weights: Option<bool>,
     /// Implicit capture (true) or analog absorption.
     pub implicit_capture: bool,
     /// Family of the generator.
