@@ -73,7 +73,6 @@ pub fn run(scene_args: &SceneArgs, args: &RunArgs, sweep: &Sweep) -> Result<(), 
     let told = |e: std::io::Error, path: &std::path::Path| {
         Failure::Input(format!("error: results folder {}: {e}", path.display()))
     };
-    let top = RunFolder::create(&out, args.force).map_err(|e| told(e, &out))?;
     // Every point is read before the first one is run.
     let mut points = Vec::new();
     for &value in &sweep.values {
@@ -81,6 +80,7 @@ pub fn run(scene_args: &SceneArgs, args: &RunArgs, sweep: &Sweep) -> Result<(), 
         own.defines.push((sweep.name.clone(), sweep.text(value)));
         points.push((sweep.text(value), load(&own)?.0));
     }
+    let top = RunFolder::create(&out, args.force).map_err(|e| told(e, &out))?;
     let started = (Instant::now(), cpu_seconds());
     let talk = !args.quiet && !args.json;
     let mut done: Vec<(String, Finished)> = Vec::new();
