@@ -155,6 +155,7 @@ fn time<U: Universe>(sheet: &Sheet, universe: &U, kept: impl Fn(&U::Memory) -> [
         top: sheet.height,
         bottom: 0.0,
         backing: None,
+        gap: None,
         analog: false,
         full: None,
     };

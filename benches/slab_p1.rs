@@ -50,6 +50,7 @@ fn case<'a>(universe: &'a StatisticalUniverse, light: &'a Light<1>) -> Case<'a, 
         top: HEIGHT,
         bottom: 0.0,
         backing: None,
+        gap: None,
         analog: false,
         full: None,
     };

@@ -1,7 +1,7 @@
 //! `lightpro`: light in paper, from the command line.
 
-use clap::{Args, Parser, Subcommand};
-use lightpro::command::{self, Failure, ReplayArgs, RunArgs, SceneArgs, say};
+use clap::{Args, CommandFactory, Parser, Subcommand};
+use lightpro::command::{self, Failure, ReplayArgs, RunArgs, SceneArgs, say, sweep};
 use lightpro::run::limits;
 use std::io::Write;
 use std::ops::Range;
@@ -38,6 +38,10 @@ enum Command {
         /// Overwrite results that are there
         #[arg(long)]
         force: bool,
+        /// Run at several values of one thing: NAME=FROM:TO:STEP or NAME=A,B,C, with a unit behind if it has
+        /// one, as in wall.index=1.50:1.58:0.02 or "source.polar=0:75:15 deg"
+        #[arg(long, value_parser = sweep::Sweep::parse, conflicts_with_all = ["histories_range", "json"])]
+        sweep: Option<sweep::Sweep>,
         #[command(flatten)]
         how: HowOptions,
     },
@@ -98,6 +102,16 @@ enum Command {
         #[arg(long, default_value = "distributions")]
         from: PathBuf,
     },
+    /// Say what tells two results apart: colour differences, and every figure that both have
+    Difference {
+        /// Results folder, or its result.json
+        first: PathBuf,
+        /// The other
+        second: PathBuf,
+        /// Write the table as CSV too
+        #[arg(short, long)]
+        out: Option<PathBuf>,
+    },
     /// Toggle what a scene simulates and compare
     Study {
         #[command(subcommand)]
@@ -106,8 +120,22 @@ enum Command {
     /// Print the XML schema of scenes
     Schema {
         /// The reference page of scenes instead
-        #[arg(long)]
+        #[arg(long, conflicts_with = "result")]
         markdown: bool,
+        /// The JSON schema of result.json instead
+        #[arg(long)]
+        result: bool,
+    },
+    /// Print the completions of a shell, to be sourced by it
+    Completions {
+        /// Which one
+        shell: clap_complete::Shell,
+    },
+    /// Write the manual pages
+    Manual {
+        /// Folder to write them into
+        #[arg(short, long, default_value = ".")]
+        out: PathBuf,
     },
 }
 
@@ -165,7 +193,7 @@ impl HowOptions {
 struct SceneOptions {
     /// Scene file (replay: or the results folder of a run)
     scene: PathBuf,
-    /// Value for a ${name} of the scene
+    /// Value for a ${name} of the scene, or for an attribute: id.attribute, as in wall.index=1.53
     #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = define)]
     define: Vec<(String, String)>,
     /// Force an effect on or off, with the reason
@@ -204,9 +232,12 @@ fn range(text: &str) -> Result<Range<u64>, String> {
 
 fn main() -> ExitCode {
     let ended = match Cli::parse().command {
-        Command::Run { scene, out, histories, seed, histories_range: range, force, how } => {
+        Command::Run { scene, out, histories, seed, histories_range: range, force, sweep, how } => {
             let args = RunArgs { out, histories, seed, range, force, ..how.into_args() };
-            command::run(&scene.into_args(), &args)
+            match sweep {
+                Some(sweep) => command::sweep::run(&scene.into_args(), &args, &sweep),
+                None => command::run(&scene.into_args(), &args),
+            }
         }
         Command::Resume { folder, how } => command::resume(&folder, &how.into_args()),
         Command::Merge { folders, out, force, how } => {
@@ -221,10 +252,24 @@ fn main() -> ExitCode {
             command::study_effects(&scene.into_args(), histories).and_then(|t| say(&t))
         }
         Command::Materials { filter, from } => command::materials(&from, &filter).and_then(|t| say(&t)),
-        Command::Schema { markdown } => {
-            use lightpro::scene::table;
-            say(&if markdown { table::markdown() } else { table::xsd() })
+        Command::Difference { first, second, out } => {
+            command::difference(&first, &second, out.as_deref()).and_then(|t| say(&t))
         }
+        Command::Schema { markdown, result } => {
+            use lightpro::scene::table;
+            say(&match (markdown, result) {
+                (true, _) => table::markdown(),
+                (_, true) => lightpro::report::schema::result(),
+                _ => table::xsd(),
+            })
+        }
+        Command::Completions { shell } => {
+            let mut text = Vec::new();
+            clap_complete::generate(shell, &mut Cli::command(), "lightpro", &mut text);
+            say(&String::from_utf8_lossy(&text))
+        }
+        Command::Manual { out } => clap_mangen::generate_to(Cli::command(), &out)
+            .map_err(|e| Failure::Input(format!("error: {}: {e}", out.display()))),
     };
     match ended {
         Ok(()) => ExitCode::SUCCESS,

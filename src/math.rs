@@ -118,6 +118,11 @@ pub fn erfc(x: f64) -> f64 {
 pub fn ln_gamma(x: f64) -> f64 {
     pxfm::f_lgamma(x)
 }
+/// Bessel function of the first kind, order 0.
+#[inline]
+pub fn bessel_j0(x: f64) -> f64 {
+    pxfm::f_j0(x)
+}
 /// Modified Bessel function of the first kind, order 0.
 #[inline]
 pub fn bessel_i0(x: f64) -> f64 {

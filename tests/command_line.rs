@@ -133,3 +133,37 @@ fn an_unwritable_folder_is_told_before_the_run() {
         .unwrap();
     assert_eq!(done.status.code(), Some(2), "{}", text(&done.stderr));
 }
+
+#[test]
+fn completions_manual_and_schemas_are_printed() {
+    let dir = tempfile::tempdir().unwrap();
+    let ask = |args: &[&str]| {
+        let done = lightpro(dir.path()).args(args).output().unwrap();
+        assert!(done.status.success(), "{args:?}: {}", text(&done.stderr));
+        text(&done.stdout)
+    };
+    for shell in ["bash", "zsh", "fish"] {
+        assert!(ask(&["completions", shell]).contains("histories"), "{shell}");
+    }
+    ask(&["manual"]);
+    let page = std::fs::read_to_string(dir.path().join("lightpro-run.1")).unwrap();
+    assert!(page.contains("sweep") && page.starts_with(".ie"), "{}", &page[..60]);
+    assert!(ask(&["schema"]).contains("<xs:schema"));
+    assert!(ask(&["schema", "--result"]).contains("\"histories\""));
+}
+
+#[test]
+fn a_sweep_that_cannot_be_says_so() {
+    let dir = tempfile::tempdir().unwrap();
+    for (sweep, want) in
+        [("wall.index=1.5:1.6", "expected NAME=FROM:TO:STEP"), ("walls.index=1.5,1.6", "walls")]
+    {
+        let done = lightpro(root())
+            .args(["run", "scenes/tutorial/sheet.xml", "--sweep", sweep, "-o"])
+            .arg(dir.path().join("r"))
+            .output()
+            .unwrap();
+        assert_eq!(done.status.code(), Some(2), "{}", text(&done.stderr));
+        assert!(text(&done.stderr).contains(want), "{}", text(&done.stderr));
+    }
+}

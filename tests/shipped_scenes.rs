@@ -17,7 +17,10 @@ fn scenes() -> Vec<PathBuf> {
             let path = entry.unwrap().path();
             if path.is_dir() {
                 folders.push(path);
-            } else if path.extension().is_some_and(|e| e == "xml") {
+            } else if path.extension().is_some_and(|e| e == "xml")
+                // Parts and statistics that scenes take in stand beside them.
+                && std::fs::read_to_string(&path).unwrap().contains("<scene ")
+            {
                 out.push(path);
             }
         }

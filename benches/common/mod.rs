@@ -74,12 +74,14 @@ pub struct Count {
 pub const PORE: MediumId = MediumId(0);
 
 impl<const N: usize> Scorer<N> for Count {
-    fn scattered<P>(&mut self, _: &Path<P, N>) {
+    fn scattered<P>(&mut self, _: &Path<P, N>) -> bool {
         self.scatterings += 1;
+        false
     }
-    fn interface<P>(&mut self, path: &Path<P, N>, _: &Interface) {
+    fn interface<P>(&mut self, path: &Path<P, N>, _: &Interface) -> bool {
         self.interfaces += 1;
         self.bodies += u64::from(path.medium == PORE);
+        false
     }
 }
 
@@ -129,6 +131,7 @@ impl<U: Universe> Case<'_, U> {
             time: false,
             view: None,
             pile: 1,
+            detectors: Default::default(),
         }
     }
 }

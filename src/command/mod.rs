@@ -5,11 +5,13 @@ mod folder;
 mod replay;
 mod run;
 mod stop;
+pub mod sweep;
 
 pub use finish::{Finished, finish};
 pub use replay::{ReplayArgs, replay};
 pub use run::{merge, resume, run};
 
+use crate::report::{self, RunResult};
 use crate::scene::plan::Plan;
 use crate::scene::{self, Options, Scene};
 use std::fmt;
@@ -172,6 +174,27 @@ pub fn check(args: &SceneArgs) -> Result<String, Failure> {
     let n = scene.warnings.len();
     text += &format!("{}: ok, {n} warning{}", heading(&scene), if n == 1 { "" } else { "s" });
     Ok(text)
+}
+
+/// `difference`: what tells the results in two folders (or `result.json` files) apart; the table also as
+/// CSV into `out`.
+///
+/// # Errors
+/// Results that cannot be read, a file that cannot be written.
+pub fn difference(first: &Path, second: &Path, out: Option<&Path>) -> Result<String, Failure> {
+    let read = |path: &Path| {
+        let path = if path.is_dir() { path.join("result.json") } else { path.to_owned() };
+        let told = |e: &dyn fmt::Display| Failure::Input(format!("error: {}: {e}", path.display()));
+        let text = std::fs::read_to_string(&path).map_err(|e| told(&e))?;
+        RunResult::from_json(&text).map_err(|e| told(&e))
+    };
+    let (a, b) = (read(first)?, read(second)?);
+    let rows = report::difference::rows(&a, &b);
+    if let Some(path) = out {
+        report::write_atomic(path, report::difference::csv(&rows).as_bytes())
+            .map_err(|e| Failure::Input(format!("error: {}: {e}", path.display())))?;
+    }
+    Ok(format!("{} -> {}\n{}", a.scene, b.scene, report::difference::text(&rows)))
 }
 
 /// Processor seconds of this process so far, where the system tells (Linux; else 0).

@@ -113,7 +113,7 @@ fn made(out: PathBuf, force: bool) -> Result<RunFolder, Failure> {
     })
 }
 
-fn default_folder(scene: &Path) -> PathBuf {
+pub(super) fn default_folder(scene: &Path) -> PathBuf {
     Path::new("results").join(scene.file_stem().unwrap_or(scene.as_os_str()))
 }
 
@@ -180,6 +180,7 @@ fn go(mut job: Job, args: &RunArgs) -> Result<(), Failure> {
         let manifest = manifest(&done, args, started);
         report::folder::write(&job.folder, &done.scene, &done.plan, &done.outcome, &done.result)
             .and_then(|()| job.folder.write("manifest.json", manifest.to_json().as_bytes()))
+            .and_then(|()| job.folder.write("report.html", page(&done, &manifest).as_bytes()))
             .map_err(|e| unwritten(&out, e))?;
         tell(&done, &manifest, args, &out)?;
     }
@@ -226,6 +227,13 @@ fn tell(done: &Finished, manifest: &Manifest, args: &RunArgs, out: &Path) -> Res
     say(&lines.join("\n"))
 }
 
+/// The page of one run.
+fn page(done: &Finished, manifest: &Manifest) -> String {
+    let part =
+        report::html::Part { label: "", scene: &done.scene, outcome: &done.outcome, result: &done.result };
+    report::html::Report { parts: &[part], plan: &done.plan, manifest, sweep: None, tables: &[] }.page()
+}
+
 /// The figures worth a line on the terminal: all of paper optics; of spectra the first, the middle and
 /// the last wavelength.
 fn shown(result: &RunResult) -> Vec<report::Figure> {
@@ -255,7 +263,7 @@ fn bar(total: u64, quiet: bool) -> indicatif::ProgressBar {
     bar
 }
 
-fn manifest(done: &Finished, args: &RunArgs, (clock, cpu): (Instant, f64)) -> Manifest {
+pub(super) fn manifest(done: &Finished, args: &RunArgs, (clock, cpu): (Instant, f64)) -> Manifest {
     let scene = &done.scene;
     let file = |(path, hash): &(PathBuf, u64)| InputFile {
         path: path.display().to_string(),

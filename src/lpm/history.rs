@@ -3,6 +3,7 @@
 use super::full::{self, Extra, Full};
 use super::ledger::{Ledger, add, largest, scaled, total};
 use super::light::{Light, Medium};
+use super::look;
 use super::surface::{Fate, Meeting};
 use crate::math::{DVec3, fast};
 use crate::rng::Stream;
@@ -29,6 +30,9 @@ pub struct World<'a, U: Universe, const N: usize> {
     pub bottom: f64,
     /// Lambertian backing in optical contact with the lower face: its reflectance.
     pub backing: Option<f64>,
+    /// Lambertian backing below an air gap: its reflectance. Light that it sends back no longer counts to
+    /// the sheet alone.
+    pub gap: Option<f64>,
     /// Analog absorption: a ray is absorbed as a whole or not at all (one lane only).
     pub analog: bool,
     /// Effects of the full loop (spectral loop only: N > 1).
@@ -65,10 +69,20 @@ pub trait Scorer<const N: usize> {
     /// A step of length `distance` in `medium` from the path's present position; `absorbed` is the power
     /// that stays there.
     fn step<P>(&mut self, _path: &Path<P, N>, _distance: f64, _mu_a: &[f64; N], _absorbed: &[f64; N]) {}
-    /// A subsurface event.
-    fn scattered<P>(&mut self, _path: &Path<P, N>) {}
-    /// An interface is met (before its fate is drawn).
-    fn interface<P>(&mut self, _path: &Path<P, N>, _at: &Interface) {}
+    /// A subsurface event; true: next-event estimation looks from here.
+    fn scattered<P>(&mut self, _path: &Path<P, N>) -> bool {
+        false
+    }
+    /// An interface is met (before its fate is drawn); true as for `scattered`.
+    fn interface<P>(&mut self, _path: &Path<P, N>, _at: &Interface) -> bool {
+        false
+    }
+    /// Direction towards the `view`-th eye at infinity.
+    fn eye(&self, _view: usize) -> Option<DVec3> {
+        None
+    }
+    /// Power per solid angle that goes straight to an eye.
+    fn seen(&mut self, _view: usize, _power: &[f64; N]) {}
     /// Power absorbed at an opaque surface (by the medium beyond) or by the backing (`None`).
     fn absorbed_at<P>(&mut self, _path: &Path<P, N>, _beyond: Option<MediumId>, _power: &[f64; N]) {}
     /// Power leaves the first sheet (or the scene) for the first time.
@@ -194,7 +208,9 @@ fn stay<U: Universe, S: Scorer<N>, const N: usize>(
                 if !attenuate(world, medium, path, free, h, tally, rng) {
                     return false;
                 }
-                tally.scattered(path);
+                if tally.scattered(path) {
+                    look::from_medium(world, path, free, h, tally, rng);
+                }
                 path.ray.dir = dir;
                 world.universe.moved(&path.ray, &mut path.place, &mut h.memory, free);
                 if !roulette(world, path, h, rng) {
@@ -295,7 +311,9 @@ fn meet<U: Universe, S: Scorer<N>, const N: usize>(
         path.medium = at.beyond;
         return true;
     }
-    tally.interface(path, at);
+    if tally.interface(path, at) {
+        look::from_surface(world, path, at, law, h, tally, rng);
+    }
     let meeting = Meeting { dir: path.ray.dir, at, here, beyond };
     let fate = law.draw(&meeting, &mut path.power, &mut h.ledger, rng);
     settle(world, path, at, fate, h, tally)
@@ -356,10 +374,7 @@ pub fn edge<U: Universe, S: Scorer<N>, const N: usize>(
         tally.absorbed_at(path, None, &absorbed);
         add(&mut h.ledger.absorbed, &absorbed);
         path.power = scaled(&path.power, rg);
-        let (cos, sin) = rng.azimuth();
-        let s2 = rng.uniform();
-        let s = s2.sqrt();
-        let up = DVec3::new(s * cos, s * sin, (1.0 - s2).sqrt());
+        let up = lambertian_up(rng);
         if N > 1 && world.full.is_some() {
             h.extra.state = super::polarised::State::none(up);
         }
@@ -370,6 +385,18 @@ pub fn edge<U: Universe, S: Scorer<N>, const N: usize>(
             Some(full) if N > 1 => full::leaves(full, path, face, h, tally),
             _ => tally.leaves(path, face),
         }
+    }
+    if face == Face::Bottom
+        && let Some(rg) = world.gap
+    {
+        add(&mut h.ledger.absorbed, &scaled(&path.power, 1.0 - rg));
+        path.power = scaled(&path.power, rg);
+        path.deepest = 1;
+        let up = lambertian_up(rng);
+        if N > 1 && world.full.is_some() {
+            h.extra.state = super::polarised::State::none(up);
+        }
+        return rg > 0.0 && enter_again(world, path, up, true, h, rng);
     }
     match face {
         Face::Top if path.sheet > 0 => {
@@ -389,6 +416,14 @@ pub fn edge<U: Universe, S: Scorer<N>, const N: usize>(
             false
         }
     }
+}
+
+/// A direction upwards by Lambert's law.
+fn lambertian_up(rng: &mut Stream) -> DVec3 {
+    let (cos, sin) = rng.azimuth();
+    let s2 = rng.uniform();
+    let s = s2.sqrt();
+    DVec3::new(s * cos, s * sin, (1.0 - s2).sqrt())
 }
 
 /// Into the `same` sheet again, or the next one of a pile, an independent sheet: same point.

@@ -14,6 +14,7 @@ pub mod full;
 pub mod history;
 pub mod ledger;
 pub mod light;
+pub mod look;
 pub mod patches;
 pub mod polarised;
 pub mod split;

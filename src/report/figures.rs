@@ -64,7 +64,7 @@ pub fn effects(plan: &Plan) -> Ordered<EffectUsed> {
 }
 
 /// A figure from the moments of its scores.
-fn figure(name: &str, m: &Moments, batches: u64, unit: &str) -> Figure {
+pub fn figure(name: &str, m: &Moments, batches: u64, unit: &str) -> Figure {
     let figure = Figure::new(name, m.mean(), m.standard_error(), unit);
     match stats::status(m, None, batches) {
         stats::Status::Ok => figure,
@@ -151,6 +151,7 @@ fn spectral(scene: &Scene, plan: &Plan, outcome: &Outcome) -> Vec<Figure> {
             put(figure("mean_collisions", &cell(Cell::Interfaces), batches, "1"));
             put(figure("mean_scatterings", &cell(Cell::Scatterings), batches, "1"));
         }
+        super::instruments::figures(scene, group, lane).into_iter().for_each(&mut put);
     }
     out
 }
@@ -194,7 +195,7 @@ fn paper_figures(scene: &Scene, outcome: &Outcome) -> Vec<Figure> {
     let measure = |mean: &[f64]| {
         weights.evaluate(Measured {
             r0: Some(&mean[..n]),
-            r_inf: (levels > 1).then(|| &mean[(levels - 1) * n..]),
+            r_inf: (levels > 1 && optics.backing.is_none()).then(|| &mean[(levels - 1) * n..]),
             grammage: grammage.map(|g| g * 1e-3),
         })
     };
@@ -226,6 +227,10 @@ fn paper_figures(scene: &Scene, outcome: &Outcome) -> Vec<Figure> {
         let (r0, r_inf, last) = (spectral[i], spectral[(levels - 1) * n + i], spectral[levels * n + i]);
         out.push(trust(Figure::new("r0", r0.0, r0.1, "1").at_wavelength(nm)));
         if levels < 2 {
+            continue;
+        }
+        if optics.backing.is_some() {
+            out.push(trust(Figure::new("r_backing", r_inf.0, r_inf.1, "1").at_wavelength(nm)));
             continue;
         }
         let mut pad = trust(Figure::new("r_infinity", r_inf.0, r_inf.1, "1").at_wavelength(nm));

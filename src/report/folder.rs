@@ -1,16 +1,16 @@
 //! The results folder of a run: figures, tables, plots.
 
-use super::csv::{AngularRow, DepthRow, LedgerRow, SpectrumRow};
+use super::csv::{LedgerRow, SpectrumRow};
+use super::directions::{self, Directions};
 use super::plot::{
-    Curve, HemisphereMap, LedgerBar, Patch, PolarCurve, PolarPlot, depth_profile, in_plane, spectra,
+    Curve, HemisphereMap, LedgerBar, Plot, PolarCurve, PolarPlot, depth_profile, in_plane, spectra,
 };
 use super::{RunFolder, RunResult, csv};
-use crate::math::{PI, acos, atan2};
 use crate::run::Outcome;
 use crate::run::simulate::GroupResult;
-use crate::sap::{Half, Healpix};
+use crate::sap::Healpix;
+use crate::scene::Scene;
 use crate::scene::plan::Plan;
-use crate::scene::{Scene, Source};
 use crate::universe::MediumId;
 use std::io;
 use std::ops::Range;
@@ -30,6 +30,8 @@ pub fn write(
     folder.write("figures.csv", csv::figures(&result.figures).as_bytes())?;
     ledger(folder, result)?;
     spectrum(folder, scene, result)?;
+    super::instruments::write(folder, scene, outcome)?;
+    for_others(folder, scene, outcome)?;
     if let Some(first) = outcome.groups.first() {
         angular(folder, scene, first)?;
         depth(folder, plan, first)?;
@@ -49,14 +51,34 @@ fn ledger(folder: &RunFolder, result: &RunResult) -> io::Result<()> {
     LedgerBar { title: &title, ledger: &result.ledger }.plot().write(folder, "ledger_plot")
 }
 
-/// Spectra of the figures that have a wavelength, if there are several.
-fn spectrum(folder: &RunFolder, scene: &Scene, result: &RunResult) -> io::Result<()> {
+/// Maps, arrays, BRDF and BSDF of directions, at all wavelengths.
+fn for_others(folder: &RunFolder, scene: &Scene, outcome: &Outcome) -> io::Result<()> {
+    let Some(first) = outcome.groups.first() else { return Ok(()) };
+    if let Some(xml) = super::files::bsdf_xml(&scene.name, first) {
+        folder.write("bsdf.xml", xml.as_bytes())?;
+    }
+    let (Some(directions), Some(hp)) = (Directions::leaving(scene, first), &first.layout.angular) else {
+        return Ok(());
+    };
+    for (name, bytes) in super::files::angular(&directions, outcome, hp.nside()) {
+        folder.write(&name, &bytes)?;
+    }
+    let rows: Vec<_> = outcome
+        .wavelengths()
+        .flat_map(|(_, group, lane)| directions::bsdf_rows(&directions, group, lane))
+        .collect();
+    folder.write("brdf.csv", csv::table(&rows).as_bytes())
+}
+
+/// Spectra of the figures that have a wavelength: rows and curves.
+pub fn spectral_curves(result: &RunResult) -> (Vec<SpectrumRow>, Vec<Curve>) {
     let names = [
         ("reflectance", "reflectance"),
         ("transmittance", "transmittance"),
         ("absorptance", "absorptance"),
         ("r0", "R0, one sheet over black"),
         ("r_infinity", "R∞, pile of sheets"),
+        ("r_backing", "RB, over the backing"),
         ("checkpoint", "checkpoint plane"),
     ];
     let mut rows = Vec::new();
@@ -77,6 +99,12 @@ fn spectrum(folder: &RunFolder, scene: &Scene, result: &RunResult) -> io::Result
             curves.push(Curve { label: label.to_owned(), points });
         }
     }
+    (rows, curves)
+}
+
+/// Table of spectra, and their plot if there are several wavelengths.
+fn spectrum(folder: &RunFolder, scene: &Scene, result: &RunResult) -> io::Result<()> {
+    let (rows, curves) = spectral_curves(result);
     folder.write("spectra.csv", csv::table(&rows).as_bytes())?;
     if scene.wavelengths.len() > 1 {
         let title = format!("{}: spectra", scene.name);
@@ -104,33 +132,13 @@ fn write_angular(
     cells: Range<usize>,
     stem: &str,
 ) -> io::Result<()> {
-    let (incidence, turn) = match scene.source {
-        Source::Collimated { polar, azimuth, .. } => (Some(polar), azimuth),
-        Source::Point { position, target, .. } => {
-            let d = (position - target).normalize();
-            let azimuth = if d.x == 0.0 && d.y == 0.0 { 0.0 } else { atan2(d.y, d.x) };
-            (Some(acos(d.z)), azimuth)
-        }
-        Source::Diffuse { .. } => (None, PI),
-    };
-    // Plots put the light at azimuth 180°, the mirror direction at 0°.
-    let patches = patches(group, hp, cells, turn + PI);
-    let rows: Vec<AngularRow> = patches
-        .iter()
-        .map(|p| AngularRow {
-            patch: p.patch,
-            polar_deg: p.polar_deg,
-            azimuth_deg: p.azimuth_deg,
-            solid_angle_sr: p.solid_angle_sr,
-            value_per_sr: p.value,
-            error_per_sr: p.error,
-        })
-        .collect();
-    folder.write(&format!("{stem}.csv"), csv::table(&rows).as_bytes())?;
+    let directions = Directions::new(scene, hp, cells);
+    let patches = directions.plotted(group, 0);
+    folder.write(&format!("{stem}.csv"), directions::angular_csv(&patches).as_bytes())?;
     let nm = group.wavelengths[0];
     let title = format!("{}, {nm:.0} nm", scene.name);
     let value = ("radiant intensity per incident power", "1/sr");
-    let incidence_deg = incidence.map(degrees);
+    let incidence_deg = directions.incidence_deg;
     let curve = PolarCurve { label: format!("{nm:.0} nm"), points: in_plane(&patches), smooth: false };
     PolarPlot { title: &title, value, incidence_deg, decades: None, curves: &[curve] }
         .plot()
@@ -146,52 +154,26 @@ fn write_angular(
     Ok(())
 }
 
-fn degrees(x: f64) -> f64 {
-    x * 180.0 / PI
-}
-
-/// Power per solid angle in every patch, with azimuths counted from `turn`.
-fn patches(group: &GroupResult, hp: &Healpix, cells: Range<usize>, turn: f64) -> Vec<Patch> {
-    let angles = |d: crate::math::DVec3| {
-        let azimuth = degrees(atan2(d.y, d.x) - turn);
-        (degrees(acos(d.z)), azimuth - 360.0 * (azimuth / 360.0).floor())
-    };
-    // Upwards first, then (where they are counted) downwards; a patch on the horizon has a part in each.
-    let sides = [Half::Upper, Half::Lower].into_iter().zip(cells.step_by(hp.npix()));
-    let mut out = Vec::new();
-    for (half, first) in sides {
-        for pix in 0..hp.npix() {
-            let area = hp.area() * hp.share_in(pix, Some(half));
-            if area == 0.0 {
-                continue;
-            }
-            let m = group.moments(first + pix, 0);
-            let (polar_deg, azimuth_deg) = angles(hp.representative(pix, Some(half)));
-            out.push(Patch {
-                patch: pix as u64,
-                polar_deg,
-                azimuth_deg,
-                solid_angle_sr: area,
-                value: m.mean() / area,
-                error: m.standard_error() / area,
-                outline: hp.boundaries(pix, 6).into_iter().map(angles).collect(),
-            });
-        }
-    }
-    out
-}
-
-/// Absorption and fluence over depth by component, at the first wavelength.
+/// Absorption and fluence over depth by component: tables and plots of the first wavelength.
 fn depth(folder: &RunFolder, plan: &Plan, group: &GroupResult) -> io::Result<()> {
-    let Some(depth) = &group.layout.depth else { return Ok(()) };
+    for (name, plot) in depth_plots(plan, group) {
+        let file = if name.starts_with("absorbed") { "absorbed_by_depth" } else { "fluence_by_depth" };
+        folder.write(&format!("{file}.csv"), plot.csv.as_bytes())?;
+        plot.write(folder, &format!("{file}_plot"))?;
+    }
+    Ok(())
+}
+
+/// Profiles over depth at the first wavelength: what they show, and the plot.
+pub fn depth_plots(plan: &Plan, group: &GroupResult) -> Vec<(&'static str, Plot)> {
+    let Some(depth) = &group.layout.depth else { return Vec::new() };
     let bins = depth.bins as usize;
     let step = (depth.top - depth.bottom) / bins as f64;
     let edges: Vec<f64> = (0..=bins).map(|i| i as f64 * step).collect();
-    for (which, name, what, unit) in [
-        (0, "absorbed_by_depth", "absorbed power per depth", "1/um"),
-        (1, "fluence_by_depth", "fluence per incident flux", "1"),
-    ] {
-        let mut rows = Vec::new();
+    let mut out = Vec::new();
+    for (which, what, unit) in
+        [(0, "absorbed power per depth", "1/um"), (1, "fluence per incident flux", "1")]
+    {
         let mut curves = Vec::new();
         for (i, component) in plan.media.names.iter().enumerate() {
             let cell = |bin| group.layout.depth_cell(MediumId(i as u16), bin) + which;
@@ -204,20 +186,12 @@ fn depth(folder: &RunFolder, plan: &Plan, group: &GroupResult) -> io::Result<()>
                 .enumerate()
                 .map(|(b, m)| ((b as f64 + 0.5) * step, m.mean() / step, m.standard_error() / step))
                 .collect();
-            rows.extend(points.iter().enumerate().map(|(b, &(_, value, error))| DepthRow {
-                series: component.clone(),
-                from_um: edges[b],
-                to_um: edges[b + 1],
-                value,
-                error,
-            }));
             curves.push(Curve { label: component.clone(), points });
         }
-        folder.write(&format!("{name}.csv"), csv::table(&rows).as_bytes())?;
+        let title = format!("{what}, {:.0} nm", group.wavelengths[0]);
         if !curves.is_empty() {
-            let title = format!("{what}, {:.0} nm", group.wavelengths[0]);
-            depth_profile(&title, (what, unit), &edges, &curves).write(folder, &format!("{name}_plot"))?;
+            out.push((what, depth_profile(&title, (what, unit), &edges, &curves)));
         }
     }
-    Ok(())
+    out
 }

@@ -3,13 +3,19 @@
 
 pub mod file;
 pub mod result;
+pub mod schema;
 pub mod csv;
 pub mod text;
 pub mod manifest;
 pub mod plot;
 pub mod figures;
+pub mod files;
+pub mod instruments;
+pub mod difference;
+pub mod directions;
 pub mod fluorescence;
 pub mod folder;
+pub mod html;
 
 pub use file::{RunFolder, write_atomic};
 pub use manifest::Manifest;

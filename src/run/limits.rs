@@ -26,7 +26,7 @@ pub fn need(scene: &Scene, plan: &Plan, histories: u64, threads: u64) -> Result<
     let batches = histories.div_ceil(BATCH);
     let (mut sums, mut waiting, mut tally) = (0_u64, 0_u64, 0_u64);
     for group in &plan.groups {
-        let layout = simulate::layout(scene, plan, group.len())?;
+        let layout = simulate::layout(scene, plan, group)?;
         let cells = layout.cells() as u64;
         let lanes = group.len() as u64;
         let width = if group.len() == 1 { 1 } else { LANES as u64 };

@@ -64,6 +64,8 @@ pub struct Event {
 /// The path of one history.
 #[derive(Clone, Debug, Default)]
 pub struct Trail {
+    /// Directions of next-event estimation.
+    eyes: Vec<DVec3>,
     /// Wavelength lane that powers are told of.
     pub lane: usize,
     /// In the order they happened; branches one after the other.
@@ -101,12 +103,17 @@ impl<const N: usize> Scorer<N> for Trail {
         let absorbed = absorbed[self.lane];
         self.push(path, What::Flight { distance, absorbed });
     }
-    fn scattered<P>(&mut self, path: &Path<P, N>) {
+    fn scattered<P>(&mut self, path: &Path<P, N>) -> bool {
         self.push(path, What::Scattered);
+        path.single() && !self.eyes.is_empty()
     }
-    fn interface<P>(&mut self, path: &Path<P, N>, at: &Interface) {
+    fn eye(&self, view: usize) -> Option<DVec3> {
+        self.eyes.get(view).copied()
+    }
+    fn interface<P>(&mut self, path: &Path<P, N>, at: &Interface) -> bool {
         let (normal, beyond, surface, body) = (at.normal, at.beyond, at.surface.0, at.body.0);
         self.push(path, What::Interface { normal, beyond, surface, body });
+        path.single() && !self.eyes.is_empty()
     }
     fn absorbed_at<P>(&mut self, path: &Path<P, N>, beyond: Option<MediumId>, power: &[f64; N]) {
         let power = power[self.lane];
@@ -139,7 +146,9 @@ pub fn replay(scene: &Scene, plan: &Plan, number: u64, wavelength: Option<f64>) 
         return Err(format!("no wavelength {wanted} nm; the scene has {}", list.join(", ")));
     };
     let groups = simulate::groups(scene, plan)?;
-    let mut trail = Trail { lane, ..Trail::default() };
+    // Looks of next-event estimation draw from the same stream.
+    let eyes = groups[group].layout().detectors.views.clone();
+    let mut trail = Trail { lane, eyes, ..Trail::default() };
     groups[group].replay(number, &mut trail);
     Ok(trail)
 }

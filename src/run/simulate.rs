@@ -6,16 +6,18 @@ use super::sums::{Sums, Troubled};
 use super::workers::{Fault, Watch, work};
 use super::{BATCH, Histories};
 use crate::lpm::split::Split;
-use crate::lpm::{Full, History, LANES, Light, World};
-use crate::math::cos;
+use crate::lpm::{Full, History, LANES, Light, World, look};
+use crate::math::{DVec3, cos};
 use crate::rng::{self, Generator};
 use crate::sap::Healpix;
 use crate::scene::effects::Kind;
 use crate::scene::plan::Plan;
-use crate::scene::{Branching, OpticsGeometry, Scene, Universe as Where, full, optics};
+use crate::scene::{Branching, OpticsGeometry, PaperOptics, Scene, Universe as Where, full, optics};
+use crate::source::Source;
 use crate::stats::{Fold, Moments};
+use crate::tally::detectors::{self, Aperture, Flight, Lateral};
 use crate::tally::layout::Depth;
-use crate::tally::{Cell, Layout, Node, View};
+use crate::tally::{Cell, Detectors, Layout, Node, View};
 use crate::universe::Universe;
 use crate::universe::any::AnyUniverse;
 use std::fmt;
@@ -144,7 +146,8 @@ impl<U: Universe, const N: usize> Ready<'_, U, N> {
             roulette: self.scene.run.roulette,
             event_cap: self.scene.run.event_cap,
             split: self.split.as_ref(),
-            pile: self.layout.pile,
+            pile: self.scene.optics.as_ref().map_or(1, |o| o.pile),
+            gap: self.scene.optics.as_ref().and_then(|o| o.backing),
             top: self.plan.top,
             bottom: self.plan.bottom,
             backing: backing(self.scene),
@@ -233,7 +236,7 @@ fn one<'a, U: Universe, const N: usize>(
         Branching::Sample => None,
     };
     let full = plan.full.then(|| full::full(scene, plan, wavelengths, group as usize)).transpose()?;
-    let layout = layout(scene, plan, wavelengths.len())?;
+    let layout = layout(scene, plan, wavelengths)?;
     let histories = Histories { seed: scene.run.seed, group, count: scene.run.histories };
     Ok(Ready { scene, plan, universe, light, split, full, layout, histories })
 }
@@ -302,7 +305,7 @@ pub fn outcome(scene: &Scene, plan: &Plan, state: State, range: Range<u64>) -> R
     let complete = state.iter().all(|f| f.next() == range.end.div_ceil(BATCH));
     let mut groups = Vec::new();
     for (fold, wavelengths) in state.into_iter().zip(&plan.groups) {
-        let layout = layout(scene, plan, wavelengths.len())?;
+        let layout = layout(scene, plan, wavelengths)?;
         if let Some(Sums { node, troubled }) = fold.finish() {
             let excited = plan.converts.then_some(groups.len());
             groups.push(GroupResult { wavelengths: wavelengths.clone(), node, layout, excited, troubled });
@@ -337,11 +340,9 @@ fn backing(scene: &Scene) -> Option<f64> {
 }
 
 /// The cells that the scene's detectors and figures need.
-pub(super) fn layout(scene: &Scene, plan: &Plan, lanes: usize) -> Result<Layout, String> {
-    let view = scene.optics.as_ref().map(|o| match o.geometry {
-        OpticsGeometry::Total => View::All,
-        OpticsGeometry::DiffuseNormal => View::Cone { cos: cos(o.view) },
-    });
+pub(super) fn layout(scene: &Scene, plan: &Plan, wavelengths: &[f64]) -> Result<Layout, String> {
+    let (lanes, nm) = (wavelengths.len(), wavelengths[0]);
+    let view = scene.optics.as_ref().map(|o| view(o, &plan.source));
     let angular = scene.detect.angular.map(Healpix::new).transpose().map_err(|e| e.to_string())?;
     Ok(Layout {
         lanes,
@@ -353,6 +354,65 @@ pub(super) fn layout(scene: &Scene, plan: &Plan, lanes: usize) -> Result<Layout,
         path: scene.detect.path,
         time: scene.has(Kind::Time),
         view,
-        pile: scene.optics.as_ref().map_or(1, |o| o.pile),
+        // A backing below a gap is counted as one more sheet.
+        pile: scene.optics.as_ref().map_or(1, |o| if o.backing.is_some() { 2 } else { o.pile }),
+        detectors: detectors(scene, plan, nm)?,
+    })
+}
+
+/// How the instrument of the optical figures looks.
+fn view(optics: &PaperOptics, source: &Source) -> View {
+    match optics.geometry {
+        OpticsGeometry::DiffuseNormal | OpticsGeometry::FortyFiveNormal => {
+            View::Cone { cos: cos(optics.view) }
+        }
+        OpticsGeometry::NormalDiffuse | OpticsGeometry::EightDiffuse if optics.trap > 0.0 => {
+            let light = travelling(source).unwrap_or(-DVec3::Z);
+            let polar = optics.geometry.polar().unwrap_or(0.0);
+            View::Beyond {
+                axis: DVec3::new(light.x, light.y, -light.z),
+                cos: cos(optics.trap),
+                share: 1.0 - detectors::lambertian_in_cone(polar, optics.trap),
+            }
+        }
+        _ => View::All,
+    }
+}
+
+/// Direction of parallel light.
+fn travelling(source: &Source) -> Option<DVec3> {
+    match source {
+        Source::Collimated { dir, .. } => Some(*dir),
+        _ => None,
+    }
+}
+
+/// Detectors that the scene asks for; the time of flight is that of the wavelength `nm`.
+fn detectors(scene: &Scene, plan: &Plan, nm: f64) -> Result<Detectors, String> {
+    let asked = &scene.detect;
+    let mut apertures = Vec::new();
+    if let Some(light) = travelling(&plan.source) {
+        apertures.extend(asked.gloss.map(|(opening, across)| Aperture::gloss(light, opening, across)));
+        apertures.extend(asked.haze.map(|angle| Aperture::haze(light, angle)));
+    }
+    let flight = match asked.flight {
+        Some((longest, bins)) => {
+            Some(Flight { longest, bins, group_index: optics::group_indices(scene, &plan.media, nm)? })
+        }
+        None => None,
+    };
+    let screen = |h: &crate::scene::Halftone| detectors::Halftone {
+        coverage: h.coverage,
+        period: h.period,
+        ink: h.ink,
+    };
+    Ok(Detectors {
+        apertures,
+        lateral: asked.lateral.map(|(radius, rings)| Lateral::new(radius, rings)),
+        halftones: asked.halftones.iter().map(screen).collect(),
+        flight,
+        views: asked.views.iter().map(|(polar, azimuth)| look::eye(*polar, *azimuth)).collect(),
+        klems: asked.klems,
+        faces: (plan.top, plan.bottom),
     })
 }

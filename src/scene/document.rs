@@ -66,6 +66,33 @@ impl Attribute {
 }
 
 impl Element {
+    /// Whether `which` calls this element: its `id` or `name`, or what it is.
+    fn is_called(&self, which: &str) -> bool {
+        let given = |name| self.attribute(name).is_some_and(|a: &Attribute| a.value == which);
+        self.name == which || given("id") || self.name != "define" && given("name")
+    }
+
+    /// How many elements below (and this one) are called `which`.
+    pub fn count_matching(&self, which: &str) -> usize {
+        usize::from(self.is_called(which))
+            + self.children.iter().map(|c| c.count_matching(which)).sum::<usize>()
+    }
+
+    /// Sets an attribute of all elements called `which`; a new one stands at the element's name.
+    pub fn set_matching(&mut self, which: &str, attribute: &str, value: &str) {
+        if self.is_called(which) {
+            match self.attributes.iter_mut().find(|a| a.name == attribute) {
+                Some(a) => (a.value, a.broken) = (value.to_owned(), false),
+                None => {
+                    let mut new = Attribute::new(attribute, value);
+                    (new.name_place, new.value_place) = (self.place, self.place);
+                    self.attributes.push(new);
+                }
+            }
+        }
+        self.children.iter_mut().for_each(|c| c.set_matching(which, attribute, value));
+    }
+
     /// The attribute of that name (the first, if repeated).
     pub fn attribute(&self, name: &str) -> Option<&Attribute> {
         self.attributes.iter().find(|a| a.name == name)

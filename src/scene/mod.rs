@@ -11,6 +11,7 @@ pub mod mixture;
 pub mod model;
 pub mod optics;
 pub mod plan;
+pub mod reciprocity;
 pub mod realise;
 pub mod statistical;
 pub mod synthetic;

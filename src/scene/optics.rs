@@ -69,6 +69,33 @@ pub fn split<const N: usize>(light: &Light<N>, nside: u32, floor: f64) -> Result
     Ok(Split { floor, media, surfaces })
 }
 
+/// Group index n − λ dn/dλ of every medium at `nm`, by a difference over 1 nm inside the index data; of an
+/// average the volume average.
+///
+/// # Errors
+/// A table that does not cover the wavelength.
+pub fn group_indices(scene: &model::Scene, media: &Media, nm: f64) -> Result<Vec<f64>, String> {
+    let of = |material: &model::Material| -> Result<f64, String> {
+        let index = |at: f64| material.index.at(at).map(|n| n.re);
+        let n = index(nm).map_err(|e| format!("material '{}': {e}", material.id))?;
+        let (below, above) = (index(nm - 0.5), index(nm + 0.5));
+        let slope = match (below, above) {
+            (Ok(b), Ok(a)) => a - b,
+            (Ok(b), Err(_)) => 2.0 * (n - b),
+            (Err(_), Ok(a)) => 2.0 * (a - n),
+            (Err(_), Err(_)) => 0.0,
+        };
+        Ok(n - nm * slope)
+    };
+    let each = |origin: &Origin| match origin {
+        Origin::Material(i) => of(&scene.materials[*i]),
+        Origin::Average(parts) => {
+            parts.iter().try_fold(0.0, |sum, (i, share)| Ok(sum + share * of(&scene.materials[*i])?))
+        }
+    };
+    media.origins.iter().map(each).collect()
+}
+
 fn relative_indices<const N: usize>(media: &[Medium<N>]) -> Vec<f64> {
     let mut etas: Vec<f64> = Vec::new();
     for a in media {

@@ -96,9 +96,16 @@ impl Plan {
         let converts = converts(scene);
         let weighted = !converts && groups.iter().any(|g| g.len() > 1) && differs(scene).is_some();
         let full = converts || weighted || scene.has(Kind::Polarisation) || scene.has(Kind::Time);
+        if !scene.detect.views.is_empty() {
+            let other = if full { Err("effects change the light on its way".to_owned()) } else { Ok(()) };
+            super::reciprocity::seen_by_next_event(scene)
+                .and(other)
+                .map_err(|e| format!("<view> would miss light: {e}"))?;
+        }
         let effects = effects::settle(scene);
         let mut remarks = remarks(scene, &layers);
         remarks.extend(notes);
+        remarks.extend(super::reciprocity::remark(scene));
         remarks.extend(scene.warnings.iter().cloned());
         Ok(Plan {
             universe,

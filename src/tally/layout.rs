@@ -1,6 +1,6 @@
 //! Which cells a scene needs, and where they stand.
 
-use super::View;
+use super::{Detectors, View};
 use crate::math::DVec3;
 use crate::sap::Healpix;
 use crate::universe::MediumId;
@@ -72,6 +72,8 @@ pub struct Layout {
     pub view: Option<View>,
     /// Sheets in the pile.
     pub pile: u32,
+    /// Detectors of what leaves the sheet.
+    pub detectors: Detectors,
 }
 
 impl Layout {
@@ -155,9 +157,14 @@ impl Layout {
         self.depth_start() + 2 * (usize::from(medium.0) * bins + bin)
     }
 
+    /// First cell of the detectors.
+    pub fn detectors_start(&self) -> usize {
+        self.depth_start() + 2 * self.media * self.depth.map_or(0, |d| d.bins as usize)
+    }
+
     /// Number of cells.
     pub fn cells(&self) -> usize {
-        self.depth_start() + 2 * self.media * self.depth.map_or(0, |d| d.bins as usize)
+        self.detectors_start() + self.detectors.cells()
     }
 }
 

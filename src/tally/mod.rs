@@ -1,9 +1,12 @@
 //! What is measured. Every tally is a set of cells; a history adds power to cells, and when it ends
 //! the first four powers of what it scored in each cell go to the sums of its batch.
 
+pub mod detectors;
+pub mod klems;
 pub mod layout;
 pub mod node;
 
+pub use detectors::Detectors;
 pub use layout::{Cell, Layout};
 pub use node::Node;
 
@@ -19,6 +22,14 @@ pub struct Tally<'a, const N: usize> {
     layout: &'a Layout,
     /// More than totals is asked for of every step.
     steps: bool,
+    /// Detectors hear what leaves.
+    detects: bool,
+    /// Events are counted, or looked from.
+    events_heard: bool,
+    /// Path (µm) and delay (µm of vacuum) of the present history so far, where asked for.
+    flown: (f64, f64),
+    /// Direction in which the present history entered, where asked for.
+    entered: Option<DVec3>,
     /// Scores of the present history.
     now: Vec<Score<N>>,
     /// Cells that the present history has touched: the first `count`.
@@ -50,7 +61,15 @@ impl<'a, const N: usize> Tally<'a, N> {
         let n = layout.cells();
         Tally {
             layout,
-            steps: layout.checkpoint.is_some() || layout.path || layout.depth.is_some(),
+            steps: layout.checkpoint.is_some()
+                || layout.path
+                || layout.depth.is_some()
+                || layout.detectors.flight.is_some()
+                || layout.detectors.klems,
+            detects: !layout.detectors.is_empty(),
+            events_heard: layout.path || !layout.detectors.views.is_empty(),
+            flown: (0.0, 0.0),
+            entered: None,
             now: vec![Score { power: [0.0; N], touched: false }; n],
             touched: vec![0; n + 1],
             count: 0,
@@ -81,6 +100,8 @@ impl<'a, const N: usize> Tally<'a, N> {
     pub fn end_history(&mut self, ledger: &Ledger<N>, events: u64, kept: Kept) {
         self.histories += 1;
         self.events += events;
+        self.flown = (0.0, 0.0);
+        self.entered = None;
         if ledger.rare() {
             self.score_rare(ledger);
         }
@@ -175,6 +196,13 @@ impl<'a, const N: usize> Tally<'a, N> {
         {
             self.score_checkpoint(path, z, mu_a);
         }
+        self.entered.get_or_insert(path.ray.dir);
+        if let Some(flight) = &self.layout.detectors.flight
+            && distance.is_finite()
+        {
+            self.flown.0 += distance;
+            self.flown.1 += distance * flight.group_index[usize::from(path.medium.0)];
+        }
         if self.layout.path && distance.is_finite() {
             let fluence: [f64; N] = std::array::from_fn(|i| {
                 if mu_a[i] > 0.0 { absorbed[i] / mu_a[i] } else { path.power[i] * distance }
@@ -198,6 +226,30 @@ impl<'a, const N: usize> Tally<'a, N> {
         if let Some(cell) = self.layout.checkpoint_cell(path.ray.dir) {
             self.score(cell, &power);
         }
+    }
+
+    /// Counts an event where events are counted; whether eyes look from it.
+    #[inline]
+    fn hear_event<P>(&mut self, path: &Path<P, N>, cell: Cell) -> bool {
+        if self.layout.path && path.single() {
+            self.score(self.layout.of(cell), &path.power);
+        }
+        path.single() && !self.layout.detectors.views.is_empty()
+    }
+
+    /// What detectors hear of power that leaves.
+    #[inline(never)]
+    fn score_detectors<P>(&mut self, path: &Path<P, N>, face: Face) {
+        let (layout, power) = (self.layout, path.power);
+        let start = layout.detectors_start();
+        let way = layout.detectors.way_out(face, path.ray.origin, path.ray.dir);
+        let index =
+            layout.detectors.flight.as_ref().map_or(1.0, |f| f.group_index[usize::from(path.medium.0)]);
+        let flown = (self.flown.0 + way, self.flown.1 + way * index);
+        let dirs = (self.entered.unwrap_or(-DVec3::Z), path.ray.dir);
+        layout.detectors.hear(face, path.ray.at(way), dirs, flown, |cell, factor| {
+            self.score(start + cell, &power.map(|p| p * factor));
+        });
     }
 
     /// Splits a step over depth bins: absorbed power and path (fluence) in each.
@@ -254,17 +306,22 @@ impl<const N: usize> Scorer<N> for Tally<'_, N> {
     }
 
     #[inline]
-    fn scattered<P>(&mut self, path: &Path<P, N>) {
-        if self.layout.path && path.single() {
-            self.score(self.layout.of(Cell::Scatterings), &path.power);
-        }
+    fn scattered<P>(&mut self, path: &Path<P, N>) -> bool {
+        self.events_heard && self.hear_event(path, Cell::Scatterings)
     }
 
     #[inline]
-    fn interface<P>(&mut self, path: &Path<P, N>, _at: &Interface) {
-        if self.layout.path && path.single() {
-            self.score(self.layout.of(Cell::Interfaces), &path.power);
-        }
+    fn interface<P>(&mut self, path: &Path<P, N>, _at: &Interface) -> bool {
+        self.events_heard && self.hear_event(path, Cell::Interfaces)
+    }
+
+    fn eye(&self, view: usize) -> Option<DVec3> {
+        self.layout.detectors.views.get(view).copied()
+    }
+
+    fn seen(&mut self, view: usize, power: &[f64; N]) {
+        let cell = self.layout.detectors_start() + self.layout.detectors.views_start() + view;
+        self.score(cell, power);
     }
 
     fn absorbed_at<P>(&mut self, path: &Path<P, N>, beyond: Option<MediumId>, power: &[f64; N]) {
@@ -286,6 +343,9 @@ impl<const N: usize> Scorer<N> for Tally<'_, N> {
         {
             let seen = path.power.map(|p| p * factor);
             self.score(self.layout.pile_cell(0), &seen);
+        }
+        if self.detects {
+            self.score_detectors(path, face);
         }
     }
 
@@ -323,6 +383,16 @@ pub enum View {
         /// Cosine of the half angle.
         cos: f64,
     },
+    /// All but a cone (gloss trap): reflectance factor = power outside it over that of the perfect
+    /// diffuser.
+    Beyond {
+        /// Middle of the trap.
+        axis: DVec3,
+        /// Cosine of its half angle.
+        cos: f64,
+        /// Share of Lambertian light that it lets pass.
+        share: f64,
+    },
 }
 
 impl View {
@@ -332,6 +402,7 @@ impl View {
         match *self {
             View::All => Some(1.0),
             View::Cone { cos } => (dir.z >= cos).then(|| 1.0 / ((1.0 - cos) * (1.0 + cos))),
+            View::Beyond { axis, cos, share } => (dir.dot(axis) < cos).then(|| 1.0 / share),
         }
     }
 }

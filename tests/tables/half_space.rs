@@ -33,6 +33,7 @@ fn reflected<U: Universe>(
         top,
         bottom: 0.0,
         backing: None,
+        gap: None,
         analog: false,
         full: None,
     };
@@ -117,6 +118,7 @@ fn hit_share(row: &Row, radius: f64) -> Check {
         top: 0.0,
         bottom: 0.0,
         backing: None,
+        gap: None,
         analog: false,
         full: None,
     };

@@ -102,8 +102,9 @@ impl<const N: usize> Scorer<N> for Scattered {
     fn step<P>(&mut self, _: &Path<P, N>, _: f64, _: &[f64; N], absorbed: &[f64; N]) {
         self.absorbed += absorbed[0];
     }
-    fn interface<P>(&mut self, _: &Path<P, N>, at: &Interface) {
+    fn interface<P>(&mut self, _: &Path<P, N>, at: &Interface) -> bool {
         self.met += usize::from(at.body == OUTER);
+        false
     }
     fn leaves<P>(&mut self, path: &Path<P, N>, _: Face) {
         let w = path.power[0];

@@ -91,6 +91,7 @@ impl Case {
             top: self.height,
             bottom: 0.0,
             backing: self.backing,
+            gap: None,
             analog: false,
             full: None,
         }
@@ -203,8 +204,9 @@ struct Angles {
 const HALF: f64 = 0.01;
 
 impl Scorer<1> for Angles {
-    fn scattered<P>(&mut self, _: &Path<P, 1>) {
+    fn scattered<P>(&mut self, _: &Path<P, 1>) -> bool {
         self.scattered = true;
+        false
     }
     fn leaves<P>(&mut self, path: &Path<P, 1>, face: Face) {
         if !self.scattered {

@@ -191,6 +191,7 @@ pub fn layout(media: usize) -> Layout {
         time: false,
         view: None,
         pile: 1,
+        detectors: Default::default(),
     }
 }
 
@@ -210,6 +211,7 @@ pub fn world<'a, U: Universe, const N: usize>(
         top: height,
         bottom: 0.0,
         backing: None,
+        gap: None,
         analog: false,
         full: None,
     }

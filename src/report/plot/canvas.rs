@@ -113,7 +113,9 @@ pub fn draw(width: f64, height: f64, title: &str, content: impl FnOnce(&mut Canv
         &format!("width=\"{width}pt\" height=\"{height}pt\" role=\"img\""),
         1,
     );
-    format!("{head}\n<title>{escaped}</title>\n{body}")
+    // Plain white on black for readers who ask for it; hues stay.
+    const DARK: &str = "<style>@media (prefers-color-scheme: dark) { :root { filter: invert(1) hue-rotate(180deg); } }</style>";
+    format!("{head}\n<title>{escaped}</title>\n{DARK}\n{body}")
 }
 
 /// Width of `text` in points at font `size`, estimated from above (that of DejaVu Sans, the widest

@@ -183,6 +183,49 @@ impl Reading<'_> {
         element
     }
 
+    /// Puts the elements of included files in the place of every <include>; materials and surfaces join those
+    /// of the scene.
+    pub fn includes(&mut self, root: &mut Element) {
+        let (parts, own): (Vec<Element>, Vec<Element>) =
+            std::mem::take(&mut root.children).into_iter().partition(|c| c.name == "include");
+        root.children = own;
+        for part in parts {
+            let Some(file) = part.attribute("file") else {
+                self.error(part.place, "<include> needs the attribute `file`");
+                continue;
+            };
+            for child in self.part(file).into_iter().flat_map(|p| p.children) {
+                let joins = ["materials", "surfaces"].contains(&child.name.as_str());
+                match root.children.iter_mut().find(|c| joins && c.name == child.name) {
+                    Some(here) => here.children.extend(child.children),
+                    None => root.children.push(child),
+                }
+            }
+        }
+    }
+
+    /// The <scene-part> that a file holds.
+    fn part(&mut self, a: &Attribute) -> Option<Element> {
+        let (path, text) = self.file(a)?;
+        let index = self.out.files.len();
+        self.out.files.push(SourceFile { path, text: text.clone() });
+        match document::parse(&text, index) {
+            Ok(root) if root.name == "scene-part" => Some(root),
+            Ok(root) => {
+                let d = Diagnostic::error(a.value_place, format!("the file holds <{}>", root.name));
+                self.out.push(
+                    d.help("an included file is a <scene-part> with elements of a scene")
+                        .other(root.place, "this"),
+                );
+                None
+            }
+            Err(d) => {
+                self.out.push(*d);
+                None
+            }
+        }
+    }
+
     /// Rows of a CSV table of three columns (from, to, weight) as edges and weights. The first line may
     /// be a header; `#` begins a remark.
     pub fn histogram_file(&mut self, a: &Attribute) -> Option<(Vec<f64>, Vec<f64>)> {

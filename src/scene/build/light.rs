@@ -9,6 +9,22 @@ use crate::scene::diagnostic::Diagnostic;
 use crate::scene::effects::{Kind, Override, apply};
 use crate::scene::model::*;
 
+const PARALLEL: &str = "<source kind=\"collimated\" polar=\"75 deg\"/>";
+const SPREAD: &str = "lateral spread is counted from the one point where light enters";
+const PENCIL: &str = "a pencil of light: a collimated source of radius 0, or a diffuse one";
+
+/// The measuring geometry as written.
+fn geometry(e: Node<'_>) -> OpticsGeometry {
+    use OpticsGeometry as G;
+    let all = [G::DiffuseNormal, G::NormalDiffuse, G::FortyFiveNormal, G::EightDiffuse, G::Total];
+    let word = e.text("geometry");
+    all.into_iter().find(|g| Some(g.word()) == word).unwrap_or(G::DiffuseNormal)
+}
+
+fn halftone(e: &Node<'_>) -> Option<Halftone> {
+    Some(Halftone { coverage: e.number("coverage")?, period: e.number("period")?, ink: e.number("ink")? })
+}
+
 impl Reading<'_> {
     /// Wavelengths, nm, ascending.
     pub fn spectrum(&mut self, e: Option<Node<'_>>) -> Vec<f64> {
@@ -62,8 +78,9 @@ impl Reading<'_> {
         })
     }
 
-    pub fn source(&mut self, e: Option<Node<'_>>, sheet: bool) -> Source {
-        let normal = Source::Collimated { polar: 0.0, azimuth: 0.0, radius: 0.0 };
+    pub fn source(&mut self, e: Option<Node<'_>>, sheet: bool, optics: Option<Node<'_>>) -> Source {
+        let own = optics.and_then(|o| geometry(o).polar());
+        let normal = Source::Collimated { polar: own.unwrap_or(0.0), azimuth: 0.0, radius: 0.0 };
         let Some(e) = e else { return normal };
         match e.text("kind") {
             Some("diffuse") => Source::Diffuse { trap: e.number("trap").unwrap_or(0.0) },
@@ -99,12 +116,14 @@ impl Reading<'_> {
         Some(Source::Point { position, target, half_angle: half_angle? })
     }
 
-    pub fn detect(&mut self, e: Option<Node<'_>>) -> Detect {
+    pub fn detect(&mut self, e: Option<Node<'_>>, source: &Source, run: &Run) -> Detect {
         let Some(e) = e else { return Detect::default() };
         let _ = e.text("total");
-        Detect {
+        let small = |name: &str| e.count(name).and_then(|n| u32::try_from(n).ok());
+        let halftones: Vec<Halftone> = e.children("halftone").filter_map(|h| halftone(&h)).collect();
+        let detect = Detect {
             angular: e.nside("angular"),
-            depth: e.count("depth").and_then(|n| u32::try_from(n).ok()),
+            depth: small("depth"),
             checkpoint: e.number("checkpoint"),
             path: e.yes("path"),
             time: e.yes("time"),
@@ -113,16 +132,127 @@ impl Reading<'_> {
                 Some("perpendicular") => Some(Analyser::Perpendicular),
                 _ => None,
             },
+            gloss: e.yes("gloss").then(|| self.gloss(e, source)).flatten(),
+            haze: e.number("haze"),
+            lateral: e.number("lateral").map(|r| (r, small("rings").unwrap_or(1))),
+            flight: e.number("path-histogram").map(|l| (l, small("path-bins").unwrap_or(1))),
+            halftones,
+            klems: e.yes("klems"),
+            views: e
+                .children("view")
+                .filter_map(|v| Some((v.number("polar")?, v.number("azimuth")?)))
+                .collect(),
+        };
+        self.check_detect(e, &detect, source, run);
+        detect
+    }
+
+    /// Opening of the glossmeter's window, rad.
+    fn gloss(&mut self, e: Node<'_>, source: &Source) -> Option<(f64, Option<f64>)> {
+        const DEGREE: f64 = crate::math::PI / 180.0;
+        if e.has("gloss-aperture") {
+            return match e.list("gloss-aperture")?[..] {
+                [circle] => Some((circle, None)),
+                [in_plane, across] => Some((in_plane, Some(across))),
+                _ => {
+                    let d = Diagnostic::error(e.place("gloss-aperture"), "one angle or two");
+                    self.out.push(d.help("a circle, or a rectangle in and across the plane of incidence"));
+                    None
+                }
+            };
+        }
+        let Source::Collimated { polar, .. } = source else { return Some((5.0 * DEGREE, None)) };
+        Some(match (polar / DEGREE).round() as i32 {
+            20 => (5.0 * DEGREE, None),
+            60 => (4.4 * DEGREE, Some(11.7 * DEGREE)),
+            _ => (11.42 * DEGREE, None),
+        })
+    }
+
+    /// Detectors that need another light, or paths one at a time.
+    fn check_detect(&mut self, e: Node<'_>, detect: &Detect, source: &Source, run: &Run) {
+        let parallel = matches!(source, Source::Collimated { .. });
+        let pencil = matches!(source, Source::Collimated { radius: 0.0, .. } | Source::Diffuse { .. });
+        let split = matches!(run.branching, Branching::Split { .. });
+        let child = e.child("halftone").map_or(e.own.place, |h| h.own.place);
+        for (asked, place, fault, help) in [
+            (
+                detect.gloss.is_some() && !parallel,
+                e.place("gloss"),
+                "gloss is that of parallel light",
+                PARALLEL,
+            ),
+            (detect.haze.is_some() && !parallel, e.place("haze"), "haze is that of parallel light", PARALLEL),
+            (detect.lateral.is_some() && !pencil, e.place("lateral"), SPREAD, PENCIL),
+            (!detect.halftones.is_empty() && !pencil, child, SPREAD, PENCIL),
+            (
+                !detect.views.is_empty() && (split || !parallel),
+                e.child("view").map_or(e.own.place, |v| v.own.place),
+                "a view needs parallel light, and rays drawn one by one",
+                "<source kind=\"collimated\" …/> and branching=\"sample\"",
+            ),
+            (
+                detect.klems
+                    && (!matches!(source, Source::Diffuse { trap: 0.0 }) || self.wavelengths.len() != 1),
+                e.place("klems"),
+                "the Klems matrix needs light from all directions, and one wavelength",
+                "<source kind=\"diffuse\"/> and <spectrum at=\"550 nm\"/>",
+            ),
+            (
+                detect.flight.is_some() && split,
+                e.place("path-histogram"),
+                "branches of a split history have no one path length",
+                "branching=\"sample\"",
+            ),
+        ] {
+            if asked {
+                self.out.push(Diagnostic::error(place, fault).help(help));
+            }
         }
     }
 
-    pub fn optics(&mut self, e: Node<'_>) -> PaperOptics {
-        let total = e.text("geometry") == Some("total");
+    pub fn optics(&mut self, e: Node<'_>, source: &Source) -> PaperOptics {
+        let geometry = geometry(e);
+        self.check_geometry(e, geometry, source);
+        let backing = e.number("backing");
+        if backing.is_some() && e.has("pile") {
+            let d = Diagnostic::error(e.place("pile"), "`backing` and `pile` exclude each other");
+            self.out.push(d.help("what lies below the sheet is either a backing or more sheets"));
+        }
+        let pile = e.count("pile").and_then(|n| u32::try_from(n).ok()).unwrap_or(1);
+        use OpticsGeometry as G;
+        let degrees = |x: f64| x * crate::math::PI / 180.0;
         PaperOptics {
-            geometry: if total { OpticsGeometry::Total } else { OpticsGeometry::DiffuseNormal },
-            view: if total { FRAC_PI_2 } else { e.number("view").unwrap_or(0.0) },
-            pile: e.count("pile").and_then(|n| u32::try_from(n).ok()).unwrap_or(1),
+            geometry,
+            view: match geometry {
+                G::DiffuseNormal | G::FortyFiveNormal => e.number("view").unwrap_or(0.0),
+                _ => FRAC_PI_2,
+            },
+            trap: match geometry {
+                G::NormalDiffuse => e.number("trap").unwrap_or(degrees(15.5)),
+                G::EightDiffuse => e.number("trap").unwrap_or(0.0),
+                _ => 0.0,
+            },
+            backing,
+            pile: if backing.is_some() { 1 } else { pile },
             grammage: e.number("grammage"),
+        }
+    }
+
+    /// The light must be that of the geometry.
+    fn check_geometry(&mut self, e: Node<'_>, geometry: OpticsGeometry, source: &Source) {
+        let Some(want) = geometry.polar() else { return };
+        let right = matches!(source, Source::Collimated { polar, .. } if (polar - want).abs() < 1e-9);
+        if !right {
+            let word = geometry.word();
+            let angle = want * 180.0 / crate::math::PI;
+            let d = Diagnostic::error(
+                e.place("geometry"),
+                format!("geometry {word} needs parallel light from {angle:.0} deg"),
+            );
+            self.out.push(d.help(format!(
+                "leave <source> out, or write <source kind=\"collimated\" polar=\"{angle:.0} deg\"/>"
+            )));
         }
     }
 

@@ -97,8 +97,10 @@ pub fn read_text(text: &str, path: &Path, options: &Options) -> Result<Scene, Di
         r.out.push(d.help("a scene begins with <scene name=\"…\" version=\"1\">"));
         return Err(r.out);
     }
+    r.includes(&mut root);
     r.collect_defines(&root);
     r.expand(&mut root);
+    r.set_attributes(&mut root);
     table::check(&root, rule, false, &mut r.out);
     let node = Node::new(&root, rule);
     let mut scene = r.scene(node);
@@ -159,9 +161,12 @@ impl<'o> Reading<'o> {
         let materials = self.materials(root.child("materials"));
         let surfaces = self.surfaces(root.child("surfaces"));
         let universe = self.universe(root.child("universe"), &materials, &surfaces);
+        let optics = root.child("optics");
+        let source = self.source(root.child("source"), !matches!(universe, Universe::Synthetic(_)), optics);
         let polarised = root.child("source").and_then(|e| self.polarisation(e));
-        let source = self.source(root.child("source"), !matches!(universe, Universe::Synthetic(_)));
         let run = self.run(root.child("run"), &universe);
+        let detect = self.detect(root.child("detect"), &source, &run);
+        let optics = optics.map(|o| self.optics(o, &source));
         Scene {
             name: root.text("name").unwrap_or_default().to_string(),
             path: PathBuf::new(),
@@ -171,8 +176,8 @@ impl<'o> Reading<'o> {
             source,
             polarised,
             wavelengths: self.wavelengths.clone(),
-            detect: self.detect(root.child("detect")),
-            optics: root.child("optics").map(|o| self.optics(o)),
+            detect,
+            optics,
             run,
             overrides: Vec::new(),
             lines: Lines::new(),
@@ -199,7 +204,7 @@ impl<'o> Reading<'o> {
                 used: false,
             });
         }
-        for (name, value) in &self.options.defines {
+        for (name, value) in self.options.defines.iter().filter(|d| !d.0.contains('.')) {
             match self.defines.iter_mut().find(|d| d.name == *name) {
                 Some(d) => (d.value, d.overridden) = (value.clone(), true),
                 None => self.defines.push(Define {
@@ -246,6 +251,30 @@ impl<'o> Reading<'o> {
         }
         for child in &mut e.children {
             self.expand(child);
+        }
+    }
+
+    /// `-D element.attribute=value`: the element by its `id` or `name`, or by its own name if there is only
+    /// one of it.
+    fn set_attributes(&mut self, root: &mut Element) {
+        let options = self.options;
+        for (path, value) in options.defines.iter().filter(|d| d.0.contains('.')) {
+            let (which, attribute) = path.rsplit_once('.').unwrap_or((path, ""));
+            let found = root.count_matching(which);
+            let problem = match found {
+                1 => {
+                    root.set_matching(which, attribute, value);
+                    continue;
+                }
+                0 => format!(
+                    "-D {path}={value}: no element has the id or name `{which}`, and none is <{which}>"
+                ),
+                n => format!("-D {path}={value}: {n} elements are called `{which}`"),
+            };
+            let d = Diagnostic::nowhere(problem);
+            self.out.push(
+                d.help("written id.attribute, as in wall.index, or element.attribute, as in source.polar"),
+            );
         }
     }
 

@@ -291,11 +291,27 @@ const DETECT: &[A] = &[
     w("analyser", Choice(&["none", "parallel", "perpendicular"]), Default("none"), "Ideal polariser before the detectors of what leaves: passes the field in the plane of the ray and the normal of the sheet, or across it."),
     w("time", YES_NO, Default("no"), "Mean time of flight of reflected and transmitted light."),
     w("path", YES_NO, Default("no"), "Mean path and collisions by medium."),
+    w("gloss", YES_NO, Default("no"), "Specular gloss of parallel light (20, 60 or 75 deg): power in the receiver's window about the mirror direction over that of black glass, n = 1.540, times 100."),
+    a("gloss-aperture", List(Q::Angle, None), Range::above(0.0, PI / 2.0), Optional, "Full opening of that window: one angle for a circle, two for a rectangle in and across the plane of incidence. Without it 5 deg at 20 deg (TAPPI T653), 4.4 and 11.7 deg at 60 deg (ISO 2813), 11.42 deg elsewhere (TAPPI T480)."),
+    a("haze", Number(Q::Angle), Range::above(0.0, PI / 2.0), Optional, "Share of the transmitted parallel light that is turned by more than this angle (ASTM D1003: 2.5 deg)."),
+    a("lateral", Number(Q::Length), POS, Optional, "Lateral spread of light that enters at one point: point spread, edge response and modulation transfer within this radius."),
+    a("rings", Number(Q::Count), Range::closed(1.0, 1e4), Default("50"), "Rings of the point spread function."),
+    a("path-histogram", Number(Q::Length), POS, Optional, "Histograms of path length up to this one, and of time of flight, of the light that leaves."),
+    a("path-bins", Number(Q::Count), Range::closed(1.0, 1e5), Default("100"), "Bins of these histograms."),
+    w("klems", YES_NO, Default("no"), "BRDF and BTDF between all 145 × 145 patches of the Klems basis (bsdf.xml); needs diffuse light without a trap and one wavelength."),
+];
+
+const HALFTONE: &[A] = &[
+    a("coverage", Number(Q::Fraction), SHARE, Required, "Share of the area under ink."),
+    a("period", Number(Q::Length), POS, Required, "Period of the lines of ink, which run across x."),
+    a("ink", Number(Q::Fraction), SHARE, Default("0.05"), "Transmittance of the ink film for one passage."),
 ];
 
 const OPTICS: &[A] = &[
-    w("geometry", Choice(&["d/0", "total"]), Default("d/0"), "How the reflectance factor is measured: diffuse light viewed at 0°, or all reflected power of the source's light."),
-    a("view", Number(Q::Angle), Range::above(0.0, PI / 2.0), Default("15.5 deg"), "d/0: half angle of the viewing cone."),
+    w("geometry", Choice(&["d/0", "0/d", "45/0", "8/d", "total"]), Default("d/0"), "How the reflectance factor is measured: light/view. d/0: diffuse light viewed at 0°; 0/d: light from 0°, all that leaves outside the gloss trap; 45/0: light from 45°, viewed at 0°; 8/d: light from 8°, all that leaves; total: all reflected power of the source's light. Without a <source> 0/d, 45/0 and 8/d bring their own."),
+    a("view", Number(Q::Angle), Range::above(0.0, PI / 2.0), Default("15.5 deg"), "d/0, 45/0: half angle of the viewing cone."),
+    a("trap", Number(Q::Angle), Range::below(0.0, PI / 4.0), Optional, "0/d, 8/d: half angle of the gloss trap about the mirror direction; without it 15.5 deg for 0/d (ISO 2469), none for 8/d (specular included)."),
+    a("backing", Number(Q::Fraction), SHARE, Optional, "RB instead of the pile: the sheet lies, with air between, over a Lambertian backing of this reflectance."),
     a("pile", Number(Q::Count), Range::closed(1.0, 1024.0), Default("16"), "Most sheets in the simulated pile."),
     a("grammage", Number(Q::Grammage), POS, Optional, "Grammage for s and k; without it that of the sheet."),
 ];
@@ -346,7 +362,22 @@ pub static RULES: &[Rule] = &[
             w("version", Choice(&["1"]), Required, "Version of this grammar."),
         ]],
         children: &[
-            many("define"), maybe("materials"), maybe("surfaces"), one("universe"), maybe("source"),
+            many("include"), many("define"), maybe("materials"), maybe("surfaces"), one("universe"), maybe("source"),
+            maybe("spectrum"), maybe("detect"), maybe("optics"), maybe("effects"), maybe("run"), many("expect"),
+        ],
+    },
+    Rule {
+        key: "include",
+        doc: "Takes in what stands in a file whose root is <scene-part>: elements of a scene that several scenes share. Materials and surfaces are added to those here.",
+        attributes: &[&[w("file", File, Required, "The file.")]],
+        children: &[],
+    },
+    Rule {
+        key: "scene-part",
+        doc: "Part of a scene, for <include file=…>.",
+        attributes: &[],
+        children: &[
+            many("define"), maybe("materials"), maybe("surfaces"), maybe("universe"), maybe("source"),
             maybe("spectrum"), maybe("detect"), maybe("optics"), maybe("effects"), maybe("run"), many("expect"),
         ],
     },
@@ -534,7 +565,17 @@ pub static RULES: &[Rule] = &[
     },
     Rule { key: "source", doc: "Light.", attributes: &[SOURCE], children: &[] },
     Rule { key: "spectrum", doc: "Vacuum wavelengths: a list or a grid; without it 550 nm.", attributes: &[SPECTRUM], children: &[] },
-    Rule { key: "detect", doc: "What is measured beside totals.", attributes: &[DETECT], children: &[] },
+    Rule { key: "detect", doc: "What is measured beside totals.", attributes: &[DETECT], children: &[many("halftone"), many("view")] },
+    Rule {
+        key: "view",
+        doc: "BRDF (or, below 90 deg, BTDF) in one exact direction, by next-event estimation: where all refractive indices are equal and surfaces Lambertian. Light that nothing has turned is not seen.",
+        attributes: &[&[
+            a("polar", Number(Q::Angle), Range::closed(0.0, PI), Required, "Angle from the upward normal."),
+            a("azimuth", Number(Q::Angle), Range::closed(-2.0 * PI, 2.0 * PI), Default("0 deg"), "Azimuth of where the light goes."),
+        ]],
+        children: &[],
+    },
+    Rule { key: "halftone", doc: "A line screen of ink upon the sheet: its reflectance, and the Yule–Nielsen factor n that it means.", attributes: &[HALFTONE], children: &[] },
     Rule { key: "optics", doc: "Figures of paper optics.", attributes: &[OPTICS], children: &[] },
     Rule { key: "effects", doc: "Decisions on effects other than those that the scene calls for.", attributes: &[], children: &[some("effect")] },
     Rule { key: "effect", doc: "An effect forced on (its steps are taken with neutral parameters) or off (what calls for it is left out, and every figure says so).", attributes: &[EFFECT], children: &[] },

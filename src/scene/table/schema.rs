@@ -15,7 +15,7 @@ pub fn xsd() -> String {
         "<!-- Generated from src/scene/table/grammar.rs (`lightpro schema`); do not edit. -->\n",
         "<xs:schema xmlns:xs=\"http://www.w3.org/2001/XMLSchema\">\n"
     ));
-    for root in ["scene", "distribution"] {
+    for root in ["scene", "scene-part", "distribution"] {
         let rules: Vec<&Rule> = RULES.iter().filter(|r| r.name() == root).collect();
         let _ = writeln!(s, "  <xs:element name=\"{root}\" type=\"{root}\"/>");
         if rules.len() > 1 {
