@@ -257,6 +257,8 @@ fn in_the_scene_and_refusals() {
             && why.contains("effects.xml:9"),
         "{why}"
     );
+    let text = "rough-surfaces=off:a reason: with a colon";
+    assert_eq!(Override::parse(text).unwrap().to_string(), text);
     assert!(Override::parse("absorption=off").unwrap_err().contains("needs its reason"));
     assert!(Override::parse("absorbtion=off:x").unwrap_err().contains("no effect is called"));
     assert!(Override::parse("absorption=maybe:x").unwrap_err().contains("'on' or 'off'"));

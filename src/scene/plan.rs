@@ -215,8 +215,14 @@ fn varies(r: &Ratio) -> bool {
 
 /// Why wavelengths that differ cannot go together by weights; `None`: they can.
 fn apart(scene: &Scene) -> Option<&'static str> {
-    if !scene.run.weights {
-        return Some("weights between wavelengths are not wanted");
+    match scene.run.weights {
+        Some(false) => return Some("weights between wavelengths are not wanted"),
+        None if scene.optics.as_ref().is_some_and(|o| o.pile > 1) => {
+            return Some(
+                "long paths through a pile spread weights between wavelengths (weights=\"yes\" takes them)",
+            );
+        }
+        _ => {}
     }
     if scene.has(Kind::Polarisation) {
         return Some("polarised light scatters in planes of its own at each");

@@ -162,7 +162,7 @@ fn a_component_of_no_density_is_no_component() {
     };
     let ink = |share: f64| {
         with(&format!(
-            "<particles shape=\"sphere\" material=\"ink\" volume-fraction=\"{share}\"><diameter value=\"5 um\"/></particles>"
+            "<particles shape=\"sphere\" diameter=\"5 um\" material=\"ink\" volume-fraction=\"{share}\"></particles>"
         ))
     };
     let plain = run(&with(""), 40_000);

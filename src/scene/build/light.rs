@@ -264,7 +264,7 @@ impl Reading<'_> {
             roulette: 1e-3,
             event_cap: 1_000_000,
             shared: shared(universe, 100_000),
-            weights: true,
+            weights: None,
             implicit_capture: true,
             generator: Generator::Pcg64Dxsm,
         };
@@ -298,7 +298,11 @@ impl Reading<'_> {
                 Some(m) if e.has("histories-per-realisation") => m,
                 _ => shared(universe, histories),
             },
-            weights: e.yes("weights"),
+            weights: match e.text("weights") {
+                Some("yes") => Some(true),
+                Some("no") => Some(false),
+                _ => None,
+            },
             implicit_capture: e.text("absorption") != Some("analog"),
             generator: match e.text("rng") {
                 Some("philox") => Generator::Philox,

@@ -332,7 +332,7 @@ const RUN: &[A] = &[
     a("histories-per-realisation", Number(Q::Count), Range::closed(1.0, 4096.0), Default("1"), "Memory `full`, and realised sheets: so many histories (a power of two) share one realisation, and the variance between realisations is told apart. Realised sheets: 64 without it, or the largest power of two below that which divides `histories`."),
     a("event-cap", Number(Q::Count), Range::closed(1.0, 1e12), Default("1e6"), "Guard on the events of one history."),
     w("rng", Choice(&["pcg64dxsm", "philox"]), Default("pcg64dxsm"), "Family of the generator; another one is a check that no result leans on it, slower, and needs a build with the feature philox."),
-    w("weights", YES_NO, Default("yes"), "Wavelengths whose scattering differs share their paths by weights; `no`: each has its own."),
+    w("weights", Choice(&["auto", "yes", "no"]), Default("auto"), "Wavelengths whose scattering differs share their paths by weights, or each has its own; `auto`: by weights, but not through piles of sheets, whose long paths spread the weights."),
     w("absorption", Choice(&["implicit", "analog"]), Default("implicit"), "Absorption as weight along the path, or as the end of the ray."),
 ];
 
