@@ -1,17 +1,19 @@
 //! Random numbers: one independent stream per history.
 //!
-//! The generator is PCG64-DXSM (O'Neill 2014, HMC-CS-2014-0905, with the output function DXSM and the
-//! cheap multiplier, as numpy has it). State **and** increment of each stream are hashed from (seed,
-//! realisation, history, purpose), so histories can run in any order, on any machine, alone or
-//! together, and draw the same numbers. Streams are never made by `advance`: such streams correlate.
+//! The generator is PCG64-DXSM (crate `rand_pcg`; O'Neill 2014, HMC-CS-2014-0905). State **and**
+//! increment of each stream are hashed from (seed, realisation, history, purpose), so histories can
+//! run in any order, on any machine, alone or together, and draw the same numbers. Streams are never
+//! made by `advance`: such streams correlate.
 //!
 //! A stream can draw from another family instead, [`Generator::Philox`]: a check that no result leans
 //! on the generator.
 
+#[cfg(any(feature = "philox", debug_assertions))]
 mod philox;
 mod ziggurat;
 
 use crate::math::{FRAC_PI_4, fast};
+use rand_pcg::{Pcg64Dxsm, rand_core::Rng};
 
 /// What a stream is for: two purposes of one history never share a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,11 +40,10 @@ pub enum Generator {
 /// A stream of random numbers.
 #[derive(Clone)]
 pub struct Stream {
-    /// PCG: the state. Philox: number of the next draw.
-    state: u128,
-    /// PCG: the increment, which is odd. Philox: the key, which is even here: that tells the two apart,
-    /// and the stream stays as small as it is.
-    increment: u128,
+    pcg: Pcg64Dxsm,
+    /// Draws from the other family, where a build has it.
+    #[cfg(any(feature = "philox", debug_assertions))]
+    philox: Option<philox::Philox>,
 }
 
 impl std::fmt::Debug for Stream {
@@ -55,9 +56,6 @@ impl std::fmt::Debug for Stream {
 /// ask at each draw which family it is costs 1 to 3 % of all instructions, so that programs for use leave
 /// it out.
 pub const SWAPS: bool = cfg!(any(feature = "philox", debug_assertions));
-
-/// Multiplier of PCG64-DXSM.
-const MULTIPLIER: u64 = 0xda94_2042_e4dd_58b5;
 
 /// Finaliser of SplitMix64 (Steele, Lea & Flood 2014): a bijection with full avalanche.
 #[inline]
@@ -83,42 +81,34 @@ impl Stream {
         key = mix(key ^ mix(history.wrapping_add(GOLDEN.wrapping_mul(3))));
         key = mix(key ^ mix((purpose as u64).wrapping_add(GOLDEN.wrapping_mul(4))));
         let word = |i: u64| u128::from(mix(key.wrapping_add(GOLDEN.wrapping_mul(i))));
-        let increment = (word(7) << 64 | word(8)) << 1 | 1;
-        let state = (word(5) << 64 | word(6)).wrapping_add(increment);
-        Stream { state: state.wrapping_mul(u128::from(MULTIPLIER)).wrapping_add(increment), increment }
+        Stream {
+            pcg: Pcg64Dxsm::new(word(5) << 64 | word(6), word(7) << 64 | word(8)),
+            #[cfg(any(feature = "philox", debug_assertions))]
+            philox: None,
+        }
     }
 
-    /// The same from another family: its key is the other's increment, hashed from the same four numbers.
+    /// The same from another family: its key is what the stream would draw next. Builds without another
+    /// family ([`SWAPS`]) stay with theirs; runs that ask for it there are refused.
     #[inline]
-    pub fn with(self, generator: Generator) -> Self {
-        match generator {
-            Generator::Pcg64Dxsm => self,
-            Generator::Philox => Stream { state: 0, increment: self.increment ^ 1 },
+    #[cfg_attr(not(any(feature = "philox", debug_assertions)), allow(unused_variables, unused_mut))]
+    pub fn with(mut self, generator: Generator) -> Self {
+        #[cfg(any(feature = "philox", debug_assertions))]
+        if generator == Generator::Philox {
+            let key = [self.pcg.next_u64(), self.pcg.next_u64()];
+            self.philox = Some(philox::Philox::new(key));
         }
+        self
     }
 
     /// 64 random bits.
     #[inline]
     pub fn bits(&mut self) -> u64 {
-        if SWAPS && self.increment as u64 & 1 == 0 {
-            return self.philox();
+        #[cfg(any(feature = "philox", debug_assertions))]
+        if let Some(philox) = &mut self.philox {
+            return philox.bits();
         }
-        let (mut high, low) = ((self.state >> 64) as u64, self.state as u64 | 1);
-        self.state = self.state.wrapping_mul(u128::from(MULTIPLIER)).wrapping_add(self.increment);
-        high ^= high >> 32;
-        high = high.wrapping_mul(MULTIPLIER);
-        high ^= high >> 48;
-        high.wrapping_mul(low)
-    }
-
-    /// Each block gives four draws; it is made for each of them, so that a stream stays as small as it is.
-    #[cold]
-    #[inline(never)]
-    fn philox(&mut self) -> u64 {
-        let (draw, key) = (self.state, [self.increment as u64, (self.increment >> 64) as u64]);
-        self.state = draw.wrapping_add(1);
-        let block = philox::block([(draw >> 2) as u64, (draw >> 66) as u64, 0, 0], key);
-        block[(draw & 3) as usize]
+        self.pcg.next_u64()
     }
 
     /// Uniform on [0, 1), 53 bits.

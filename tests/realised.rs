@@ -1,6 +1,6 @@
 //! The same sheet known by its statistics with full memory, and realised body by body: one attribute of the
 //! scene changes, the figures do not.
-#![allow(missing_docs)]
+#![allow(missing_docs, clippy::disallowed_methods)]
 
 use lightpro::command::{RunArgs, SceneArgs, finish, load};
 use std::path::Path;

@@ -217,27 +217,17 @@ impl Report<'_> {
             );
         }
         let mut rows = vec![
-            ("command", m.command_line.join(" ")),
             ("version", m.lightpro.clone()),
             ("seed", m.seed.to_string()),
             ("histories", first.result.histories.to_string()),
         ];
-        rows.extend(m.files.iter().map(|f| ("file", format!("{} ({})", f.path, f.hash))));
-        let cpu = m.host.cpu.as_deref().unwrap_or("unknown processor");
-        rows.push(("machine", format!("{}, {}, {cpu}, {} cores", m.host.os, m.host.arch, m.host.cores)));
-        rows.push((
-            "cost",
-            format!(
-                "{} threads, {:.1} s on the clock, {:.1} s of processor, {:.0} MB",
-                m.threads,
-                m.wall_seconds,
-                m.cpu_seconds,
-                m.peak_memory_bytes.unwrap_or(0) as f64 / 1e6
-            ),
-        ));
+        // By name: where the files stand may differ from one machine to the next.
+        let name = |path: &str| path.rsplit(['/', '\\']).next().unwrap_or_default().to_owned();
+        rows.extend(m.files.iter().map(|f| ("file", format!("{} ({})", name(&f.path), f.hash))));
         body.push_str(
-            "<h2>To repeat it</h2>\n<p>Same scene, seed, histories and version give the same bytes of \
-                       <code>result.json</code> on any number of threads.</p>\n<table>",
+            "<h2>To repeat it</h2>\n<p>Same scene, seed, histories and version give the same bytes of this page and of \
+             all tables on any number of threads. <code>manifest.json</code> beside it tells the command as typed, \
+             machine and times.</p>\n<table>",
         );
         for (what, value) in rows {
             let _ = write!(body, "<tr><th>{what}</th><td>{}</td></tr>", escape(&value));

@@ -5,6 +5,30 @@
 const MULTIPLIER: [u64; 2] = [0xd2e7_470e_e14c_6c93, 0xca5a_8263_9512_1157];
 const WEYL: [u64; 2] = [0x9e37_79b9_7f4a_7c15, 0xbb67_ae85_84ca_a73b];
 
+/// A stream of the family.
+#[derive(Clone, Copy)]
+pub struct Philox {
+    key: [u64; 2],
+    /// Number of the next draw.
+    draw: u64,
+}
+
+impl Philox {
+    /// The stream of a key.
+    pub fn new(key: [u64; 2]) -> Self {
+        Philox { key, draw: 0 }
+    }
+
+    /// 64 random bits. Each block gives four draws; it is made for each of them, so that a stream stays small.
+    #[cold]
+    #[inline(never)]
+    pub fn bits(&mut self) -> u64 {
+        let draw = self.draw;
+        self.draw = draw.wrapping_add(1);
+        block([draw >> 2, 0, 0, 0], self.key)[(draw & 3) as usize]
+    }
+}
+
 /// The four words of block `counter` under `key`: ten rounds.
 pub fn block(counter: [u64; 4], key: [u64; 2]) -> [u64; 4] {
     let wide = |a: u64, b: u64| {

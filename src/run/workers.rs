@@ -73,7 +73,7 @@ pub fn work(
     let (next, halt) = (AtomicU64::new(0), AtomicBool::new(false));
     let Watch { stop, round } = watch;
     let shared = Mutex::new(Shared { waiting: BTreeMap::new(), state, round, taken: 0, fault: None });
-    rayon::broadcast(|_| {
+    let worker = || {
         while !halt.load(Ordering::Relaxed) && !stop() {
             let place = next.fetch_add(1, Ordering::Relaxed);
             if place >= total {
@@ -100,7 +100,14 @@ pub fn work(
                 }
             }
         }
-    });
+    };
+    // A single batch needs no other thread: waiting for one inside work that is spread itself would pile
+    // pieces of that on the stack.
+    if total > 1 {
+        rayon::broadcast(|_| worker());
+    } else {
+        worker();
+    }
     let fault = lock(&shared).fault.take();
     fault.map_or(Ok(()), Err)
 }
