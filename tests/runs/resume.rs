@@ -117,7 +117,9 @@ fn stopped(times: u64) -> u64 {
             got.insert("result.json".into(), partial.to_json().into_bytes());
             let mut want = files(&dir.path().join("prefix"));
             // The report tells how many histories were asked for.
-            [&mut got, &mut want].map(|files| files.remove("report.html"));
+            for files in [&mut got, &mut want] {
+                files.remove("report.html");
+            }
             assert_eq!(got, want, "stopped after {n}");
             compared += 1;
         }
