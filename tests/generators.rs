@@ -36,7 +36,7 @@ fn both_families_give_the_slab_of_adding_doubling() {
 
 /// At 1e-4 relative: `cargo test --test generators -- --ignored --nocapture`.
 #[test]
-#[ignore = "minutes"]
+#[ignore = "long: cargo test --test generators both_families_at_1e_4 -- --ignored --nocapture"]
 fn both_families_at_1e_4() {
     hold(74_000_000, 1e-4);
 }

@@ -75,7 +75,7 @@ fn a_killed_run_resumes_to_the_same_bytes() {
 
 /// The long one: `cargo test --test runs -- --ignored --nocapture killed_at_100`.
 #[test]
-#[ignore = "minutes"]
+#[ignore = "long: cargo test --test runs killed_at_100 -- --ignored --nocapture"]
 fn killed_at_100_random_moments() {
     let (hit, half) = killed(100);
     println!("{hit} of 200 kills hit a run under way, {half} found a file half written");
@@ -137,7 +137,7 @@ fn a_stopped_run_is_a_prefix_and_resumes() {
 
 /// The long one: `cargo test --test runs -- --ignored --nocapture stopped_at_100`.
 #[test]
-#[ignore = "minutes"]
+#[ignore = "long: cargo test --test runs stopped_at_100 -- --ignored --nocapture"]
 fn stopped_at_100_random_moments() {
     let compared = stopped(100);
     println!("{compared} partial results compared");

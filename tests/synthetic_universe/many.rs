@@ -240,7 +240,7 @@ fn no_ray_is_lost_near_or_far() {
 }
 
 #[test]
-#[ignore = "minutes: 1e8 interfaces"]
+#[ignore = "long: cargo test --release --test synthetic_universe hundred_million -- --ignored --nocapture"]
 fn no_ray_is_lost_in_a_hundred_million_interfaces() {
     none_lost(100_000_000);
 }

@@ -280,7 +280,7 @@ fn explicit_sheets_notice() {
 
 /// Two million histories for each case, as the tables have them.
 #[test]
-#[ignore = "minutes"]
+#[ignore = "long: cargo test --release --test tables explicit_tables_in_full -- --ignored --nocapture"]
 fn explicit_tables_in_full() {
     passes("hollow_fibres, explicit", &hollow(LONG, true));
     passes("statistical_universe, EXPLICIT", &sheets(LONG, true));
