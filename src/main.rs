@@ -112,6 +112,20 @@ enum Command {
         #[arg(short, long)]
         out: Option<PathBuf>,
     },
+    /// Measure the statistics of a sheet: chords, interfaces, directions, bodies; as a distribution file
+    Characterise {
+        #[command(flatten)]
+        scene: SceneOptions,
+        /// Straight lines to measure with
+        #[arg(long, default_value = "2e5", value_parser = histories)]
+        lines: u64,
+        /// Folder for the distribution files, the <universe> that uses them, and tables
+        #[arg(short, long)]
+        out: Option<PathBuf>,
+        /// Overwrite results that are there
+        #[arg(long)]
+        force: bool,
+    },
     /// Toggle what a scene simulates and compare
     Study {
         #[command(subcommand)]
@@ -248,6 +262,9 @@ fn main() -> ExitCode {
         }
         Command::Plan { scene } => command::plan(&scene.into_args()).and_then(|t| say(&t)),
         Command::Check { scene } => command::check(&scene.into_args()).and_then(|t| say(&t)),
+        Command::Characterise { scene, lines, out, force } => {
+            command::characterise(&scene.into_args(), lines, out.as_deref(), force).and_then(|t| say(&t))
+        }
         Command::Study { what: Study::Effects { scene, histories } } => {
             command::study_effects(&scene.into_args(), histories).and_then(|t| say(&t))
         }

@@ -1,3 +1,4 @@
 //! Studies of a scene: many runs of it, compared.
 
+pub mod characterise;
 pub mod effects;
