@@ -51,6 +51,11 @@ pub fn characterise(scene: &Scene, lines: u64) -> Result<Characteristics, String
             found = populations(&bodies, Window::Discs(radius, REALISATIONS), planes);
             measure(drum, planes, media, lines, scene.run.shared, seed)
         }
+        AnyUniverse::Repeated(u) => {
+            let [x, y] = u.cell().period();
+            found = populations(&u.cell().bodies().collect::<Vec<_>>(), Window::Cell(x * y), planes);
+            measure(u, planes, media, lines, 1, seed)
+        }
         AnyUniverse::Voxel(voxels) => measure(voxels, planes, media, lines, 1, seed),
         AnyUniverse::Statistical(u) => measure(u, planes, media, lines, 1, seed),
         AnyUniverse::Lazy(u) => measure(u, planes, media, lines, 1, seed),
@@ -58,7 +63,7 @@ pub fn characterise(scene: &Scene, lines: u64) -> Result<Characteristics, String
         AnyUniverse::Synthetic(_) => {
             return Err(
                 "single bodies are no sheet: lines cannot fall evenly on them; characterise takes a \
-                        realised <sheet> (kind=\"synthetic\" with <fibres> or <particles>), a volume, or any \
+                        realised <sheet> (kind=\"synthetic\" with <fibres> or <particles>), a <cell>, a volume, or any \
                         statistical universe"
                     .to_owned(),
             );
