@@ -11,6 +11,7 @@ pub mod hemisphere;
 pub mod ledger;
 pub mod lines;
 pub mod polar;
+pub mod section;
 
 pub use hemisphere::{HemisphereMap, Patch};
 pub use ledger::LedgerBar;

@@ -225,6 +225,7 @@ fn check(i: usize, placed: &Placed) -> Result<(), Error> {
         && match placed.shape {
             Shape::Cuboid(b) => b.min.is_finite() && b.max.is_finite(),
             Shape::SlabZ(s) => s.z_min.is_finite() && s.z_max.is_finite(),
+            Shape::Slanted(s) => [s.from, s.to, s.height, s.slope].iter().all(|x| x.is_finite()),
             _ => true,
         };
     if !finite || !placed.shape.extents().iter().all(|e| e.is_finite() && *e >= 0.0) {
