@@ -2,12 +2,14 @@
 
 mod finish;
 mod folder;
+mod realise;
 mod replay;
 mod run;
 mod stop;
 pub mod sweep;
 
 pub use finish::{Finished, finish};
+pub use realise::{RealiseArgs, realise, structure};
 pub use replay::{ReplayArgs, replay};
 pub use run::{merge, resume, run};
 

@@ -6,9 +6,9 @@ use crate::universe::synthetic::Part;
 use std::fmt::Write;
 
 /// Corners around a section.
-const AROUND: usize = 24;
+const AROUND: usize = 16;
 /// Rings of an ellipsoid from pole to pole.
-const RINGS: usize = 12;
+const RINGS: usize = 8;
 
 /// A mesh of polygons with numbers for each.
 #[derive(Debug, Default)]

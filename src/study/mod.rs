@@ -2,3 +2,4 @@
 
 pub mod characterise;
 pub mod effects;
+pub mod structure;
