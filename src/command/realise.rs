@@ -86,7 +86,8 @@ pub fn realise(args: &SceneArgs, how: &RealiseArgs) -> Result<String, Failure> {
         said += &voxelise(&drawn, &scene, edge, volume, voxel_scene, &text, how.mhd)?;
     }
     if stem.parent() != scene.path.parent() && !scene.files.is_empty() {
-        said += "files that the scene names are meant from its own folder: write beside it, or move them too\n";
+        said +=
+            "files that the scene names are meant from its own folder: write beside it, or move them too\n";
     }
     if !args.defines.is_empty() {
         said += "values of -D are in the bodies, but not in the rest of the text: give them again\n";
@@ -194,7 +195,9 @@ fn voxelise(
         .collect();
     let [x, y, z] = cells;
     let finer = match edge > 0.34 * drawn.universe.thinnest() {
-        true => "fewer than three voxels lie across the thinnest wall: surfaces will be off (docs/voxels.md)\n",
+        true => {
+            "fewer than three voxels lie across the thinnest wall: surfaces will be off (docs/voxels.md)\n"
+        }
         false => "",
     };
     Ok(format!(

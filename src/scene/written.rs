@@ -71,7 +71,14 @@ pub fn explicit(
 }
 
 /// The `<universe>` of a labelled volume: label i stands for `labels[i]`.
-pub fn voxels(file: &str, [x, y, z]: [f64; 3], labels: &[MediumId], pore: MediumId, media: &Media, scene: &Scene) -> String {
+pub fn voxels(
+    file: &str,
+    [x, y, z]: [f64; 3],
+    labels: &[MediumId],
+    pore: MediumId,
+    media: &Media,
+    scene: &Scene,
+) -> String {
     let material = |m: MediumId| escaped(&material_of(m, media, scene));
     let mut out = format!(
         "<universe kind=\"voxel\" outside=\"{}\">\n    <volume file=\"{}\" voxel=\"{x} {y} {z} um\" top=\"last\" \
@@ -124,13 +131,8 @@ fn common(body: &Part, media: &Media, material: &str, scene: &Scene) -> String {
 
 fn cylinder(body: &Part, hollow: Option<&Part>, material: &impl Fn(MediumId) -> String) -> Option<String> {
     let Shape::Cylinder(c) = body.shape.shape else { return None };
-    let mut out = format!(
-        "<cylinder half-axes=\"{} {} um\"{}{}",
-        c.a,
-        c.b,
-        centre(&body.shape),
-        axes(&body.shape)
-    );
+    let mut out =
+        format!("<cylinder half-axes=\"{} {} um\"{}{}", c.a, c.b, centre(&body.shape), axes(&body.shape));
     if let Some(h) = c.half_length {
         let _ = write!(out, " length=\"{} um\"", 2.0 * h);
     }

@@ -46,7 +46,13 @@ impl Structure {
             AnyUniverse::Repeated(u) => {
                 let ([x, y], u) = (u.cell().period(), u.cell().clone());
                 let bodies = whole(&u);
-                Structure { what: What::Bodies(u), planes, window: [[0.5 * x, 0.5 * y], [x, y]], bodies, media }
+                Structure {
+                    what: What::Bodies(u),
+                    planes,
+                    window: [[0.5 * x, 0.5 * y], [x, y]],
+                    bodies,
+                    media,
+                }
             }
             AnyUniverse::Synthetic(u) => {
                 let bodies = whole(&u);
@@ -72,10 +78,17 @@ impl Structure {
                 let cells = u.volume().cells();
                 let Where::Voxel(v) = &scene.universe else { return Err("no volume".to_owned()) };
                 let size = [0, 1].map(|a| cells[a] as f64 * v.rules.edge[a]);
-                Structure { what: What::Voxels(u), planes, window: [[0.0; 2], size], bodies: Vec::new(), media }
+                Structure {
+                    what: What::Voxels(u),
+                    planes,
+                    window: [[0.0; 2], size],
+                    bodies: Vec::new(),
+                    media,
+                }
             }
             AnyUniverse::Statistical(_) | AnyUniverse::Lazy(_) | AnyUniverse::Mixture(_) => {
-                return Err("a sheet known by its statistics stands nowhere: kind=\"synthetic\" realises it".to_owned());
+                return Err("a sheet known by its statistics stands nowhere: kind=\"synthetic\" realises it"
+                    .to_owned());
             }
         })
     }
@@ -112,7 +125,9 @@ impl Structure {
                 .names
                 .iter()
                 .enumerate()
-                .map(|(i, n)| (n.as_str(), (i != pore).then(|| colour(i.saturating_sub(usize::from(i > pore))))))
+                .map(|(i, n)| {
+                    (n.as_str(), (i != pore).then(|| colour(i.saturating_sub(usize::from(i > pore)))))
+                })
                 .collect();
             (name, section.svg(&format!("{title}, {name} plane"), &classes, |p| self.class_at(p)))
         };

@@ -71,7 +71,8 @@ impl Section {
             foot + 4.0,
         );
         let mut x = 120.0 + bar_width;
-        for (name, colour) in classes.iter().filter_map(|(n, c)| c.map(|c| (n, c))) {
+        let drawn = paths.iter().zip(classes).filter(|(path, _)| !path.is_empty());
+        for (name, colour) in drawn.filter_map(|(_, (n, c))| c.map(|c| (n, c))) {
             let _ = writeln!(
                 svg,
                 "<rect x=\"{x:.1}\" y=\"{:.1}\" width=\"12\" height=\"12\" fill=\"{}\"/><text x=\"{:.1}\" y=\"{:.1}\" \
@@ -106,7 +107,8 @@ mod tests {
     /// A disc of radius 5 in a window of 20 × 12: as many elements as its area, none elsewhere.
     #[test]
     fn a_disc_has_its_area() {
-        let section = Section { origin: DVec3::ZERO, right: DVec3::X, up: DVec3::Z, size: [20.0, 12.0], pixel: 0.1 };
+        let section =
+            Section { origin: DVec3::ZERO, right: DVec3::X, up: DVec3::Z, size: [20.0, 12.0], pixel: 0.1 };
         let centre = DVec3::new(10.0, 0.0, 6.0);
         let svg = section.svg("a < b", &[("air", None), ("wall", Some(colour(0)))], |p| {
             usize::from((p - centre).length() < 5.0)
