@@ -25,7 +25,7 @@ fn no_two_bodies_share_a_point() {
         assert!((f.solid - laid.laid[0]).abs() < 1e-9 * f.solid);
         assert!((f.solid * 1.5 / 80.0 - 1.0).abs() < 0.001, "{}", f.solid * 1.5);
         assert_eq!(f.overlap, 0.0, "of 4e5 points");
-        assert!(f.sharpest < 0.8 && (flexibility > 0.0 || f.sharpest < 1e-12));
+        assert!(f.sharpest < 0.8 && (flexibility > 0.0 || f.sharpest < 1e-9));
         assert!(f.porosity > 0.3 && f.porosity < 0.95 && f.thickness < f.between_plates);
         let steepest = laid.fibres.iter().flat_map(|x| x.pieces(x.outer)).map(|p| p.slope.abs());
         // Corners are raised by up to .05 um over a piece of 1 um or more.
@@ -104,15 +104,27 @@ fn fillers_stand_in_pores() {
     );
     let mut d = small(40.0);
     d.kinds.push(filler);
-    d.amounts.push(Amount::Solid(2.0));
+    d.amounts.push(Amount::Solid(0.5));
     let laid = d.lay(11, 0).unwrap();
     d.met(&laid).unwrap();
     let f = laid.figures(0.5);
     println!("{} particles, overlap {:.1e}", laid.particles.len(), f.overlap);
-    assert!(f.overlap < 1e-3 && laid.particles.len() > 5000);
+    assert!(f.overlap < 1e-3 && laid.particles.len() > 2000);
     assert!((f.solid - laid.laid.iter().sum::<f64>()).abs() < 1e-9 * f.solid);
-    d.amounts[1] = Amount::Solid(50.0);
-    assert!(matches!(d.met(&d.lay(11, 0).unwrap()), Err(DepositError::Amount { kind: 1, .. })));
+    // What fits nowhere is told.
+    let sizes = Sizes::Sphere(SizeLaw::Constant(90.0));
+    d.kinds[1] = Kind::new(
+        sizes,
+        Azimuth::Uniform,
+        Tilt::InPlane,
+        Roll::Flat,
+        WALL,
+        AIR,
+        SurfaceId::SMOOTH,
+        BodyId(2),
+    );
+    let full = d.lay(11, 0).unwrap();
+    assert!(matches!(d.met(&full), Err(DepositError::Amount { kind: 1, .. })));
 }
 
 /// The universe holds what was laid: the solid share of points is the volume laid.
@@ -195,5 +207,45 @@ fn study() {
     }
     for grammage in [20.0, 40.0] {
         row(grammage, 0.5, 0.5, 16);
+    }
+}
+
+/// Figures and picture of docs/deposited.md.
+#[test]
+#[ignore = "writes docs/figures/deposited-section.svg, prints figures (minutes): cargo test --release --test deposited page -- --ignored --nocapture"]
+fn page() {
+    use lightpro::command::{RunArgs, SceneArgs, finish, load};
+    use lightpro::math::DVec3;
+    use lightpro::report::plot::section::{Section, colour};
+    use lightpro::universe::any::AnyUniverse;
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    let args = SceneArgs { path: root.join("scenes/deposited-kraft.xml"), ..SceneArgs::default() };
+    let (scene, plan) = load(&args).unwrap();
+    println!("{plan}");
+    let AnyUniverse::Deposited(u) = &plan.universe else { panic!("not deposited") };
+    let section = Section {
+        origin: DVec3::new(100.0, 437.0, -6.0),
+        right: DVec3::X,
+        size: [600.0, u.top() + 12.0],
+        pixel: 0.5,
+    };
+    let air = scene.materials.iter().position(|m| m.id == "air").unwrap() as u16;
+    let classes = [("pore and lumen", None), ("fibre wall", Some(colour(0)))];
+    let title = "Section of a deposited sheet of bleached softwood kraft, 80 g/m² (realisation 1)";
+    let sheet = &u.sheets()[0];
+    let svg = section.svg(title, &classes, |p| usize::from(sheet.medium_at(p) != MediumId(air)));
+    std::fs::write(root.join("docs/figures/deposited-section.svg"), svg).unwrap();
+    let run = RunArgs { histories: Some(32_768), ..RunArgs::default() };
+    let done = finish(scene, &run, |_| true).unwrap();
+    println!(
+        "troubled {:?}, worst imbalance {:.1e}",
+        done.outcome.troubled(),
+        done.outcome.worst_imbalance()
+    );
+    for f in &done.result.figures {
+        println!(
+            "{} {:?} {:?}: {:?} ± {:?} {}",
+            f.name, f.wavelength_nm, f.component, f.value, f.error, f.unit
+        );
     }
 }
