@@ -22,6 +22,8 @@ pub struct Element {
     pub name: String,
     /// Place of the name in the start tag.
     pub place: Place,
+    /// From `<` of the start tag to `>` of the end tag.
+    pub span: Place,
     /// Attributes in order, possibly repeated.
     pub attributes: Vec<Attribute>,
     /// Child elements in order.
@@ -136,19 +138,23 @@ impl Parser<'_> {
     }
 
     fn run(mut self) -> Result<Element, Fault> {
-        let mut reader = Reader::from_str(self.text);
+        // The reader counts from behind a byte order mark.
+        let body = self.text.trim_start_matches('\u{feff}');
+        let mark = self.text.len() - body.len();
+        let mut reader = Reader::from_str(body);
         reader.config_mut().check_end_names = false;
         reader.config_mut().allow_unmatched_ends = true;
         loop {
-            let from = reader.buffer_position() as usize;
-            let event =
-                reader.read_event().map_err(|e| self.malformed(&e, reader.error_position() as usize))?;
-            let to = reader.buffer_position() as usize;
+            let from = mark + reader.buffer_position() as usize;
+            let event = reader
+                .read_event()
+                .map_err(|e| self.malformed(&e, mark + reader.error_position() as usize))?;
+            let to = mark + reader.buffer_position() as usize;
             match event {
                 Event::Start(tag) => self.start(&tag, from, to)?,
                 Event::Empty(tag) => {
                     self.start(&tag, from, to)?;
-                    self.close();
+                    self.close(to);
                 }
                 Event::End(tag) => self.end(tag.name().0, from, to)?,
                 Event::Text(text) => self.blank(&text, from, to)?,
@@ -212,6 +218,7 @@ impl Parser<'_> {
         let element = Element {
             name,
             place,
+            span: Place::new(self.file, from..to),
             attributes,
             children: Vec::new(),
             used: Cell::new(false),
@@ -285,14 +292,15 @@ impl Parser<'_> {
                 ))
             }
             Some(_) => {
-                self.close();
+                self.close(to);
                 Ok(())
             }
         }
     }
 
-    fn close(&mut self) {
-        if let Some(Open { element, .. }) = self.open.pop() {
+    fn close(&mut self, end: usize) {
+        if let Some(Open { mut element, .. }) = self.open.pop() {
+            element.span.end = end;
             match self.open.last_mut() {
                 Some(parent) => parent.element.children.push(element),
                 None => self.root = Some(element),
@@ -302,7 +310,7 @@ impl Parser<'_> {
 
     /// Text may stand nowhere; blanks may.
     fn blank(&self, text: &str, from: usize, to: usize) -> Result<(), Fault> {
-        let is_blank = |c: char| c.is_ascii_whitespace() || (c == '\u{feff}' && from == 0);
+        let is_blank = |c: char| c.is_ascii_whitespace();
         if text.chars().all(is_blank) {
             return Ok(());
         }

@@ -226,6 +226,7 @@ fn page() {
     let section = Section {
         origin: DVec3::new(100.0, 437.0, -6.0),
         right: DVec3::X,
+        up: DVec3::Z,
         size: [600.0, u.top() + 12.0],
         pixel: 0.5,
     };

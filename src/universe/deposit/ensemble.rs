@@ -78,6 +78,11 @@ impl Deposited {
         self.top
     }
 
+    /// Edge of the cell, µm.
+    pub fn cell(&self) -> f64 {
+        self.cell
+    }
+
     /// Structure of each realisation.
     pub fn figures(&self) -> &[Figures] {
         &self.figures

@@ -14,12 +14,12 @@
 //! across u. With p along the horizontal normal and H' the thickness (widened by the largest body
 //! radius), all that come within R lie in |p| < R, |q| < ½ H' cos τ + R |sin τ|, τ the tilt.
 
-use super::flight::{self, Asker, Space, try_entry};
+use super::flight::{self, Ahead, Asker, Space};
 use super::grid::{Item, Lattice, Lists, Walk};
-use super::next_in;
 use super::place::{Group, Place};
 use super::realise::{Boolean, RealiseError, is_endless, is_level, parts_of};
 use super::region::{Extent, Hull, Key, MOST, Region, Rule, pair_hollows};
+use super::{Part, next_in};
 use crate::math::DVec3;
 use crate::rng::{Purpose, Stream};
 use crate::universe::statistical::kind::Kind;
@@ -177,9 +177,45 @@ impl Drum {
         )
     }
 
+    /// The Boolean sheet.
+    pub fn model(&self) -> &Boolean {
+        &self.model
+    }
+
     /// The sheet's lower and upper plane, µm.
     pub fn planes(&self) -> [f64; 2] {
         self.model.sheet
+    }
+
+    /// Radius of the disc in which about `count` bodies come together, µm; at least that of the first
+    /// annulus.
+    pub fn radius_of(&self, count: f64) -> f64 {
+        let per = |r: f64| -> f64 {
+            let each = (0..self.model.kinds.len()).map(|i| {
+                let height = self.model.sheet[1] - self.model.sheet[0];
+                let area = match is_endless(&self.model.kinds[i]) {
+                    true => 2.0 * r,
+                    false => crate::math::PI * r * r,
+                };
+                self.model.number(i) * area * height
+            });
+            each.sum()
+        };
+        let mut radius = self.first;
+        while per(radius) < count && radius < 1e4 * self.first {
+            radius *= 1.2;
+        }
+        radius
+    }
+
+    /// Bodies of a realisation that come within `radius` (µm) of the z axis, and more; each with its
+    /// hollow, in ascending rank.
+    pub fn bodies(&self, seed: u64, realisation: u64, radius: f64) -> Vec<(Part, Option<Part>)> {
+        let mut grown = Grown { of: Some([seed, realisation, self.print]), ..Grown::default() };
+        self.grow(&mut grown, radius);
+        let mut outer: Vec<&Region> = grown.regions.iter().filter(|r| !r.is_hole()).collect();
+        outer.sort_by_key(|r| r.rank);
+        outer.into_iter().map(|r| (r.part, r.hollow().map(|h| grown.regions[h as usize].part))).collect()
     }
 
     /// Has `memory` hold the realisation number `realisation`.
@@ -352,6 +388,7 @@ struct Growing<'a> {
 /// A walk through tiles.
 struct Tour {
     walk: Walk,
+    ahead: Ahead,
     tile: [i32; 2],
     lists: u32,
 }
@@ -379,20 +416,26 @@ impl Space for Growing<'_> {
         walk.over = walk.cell[0].unsigned_abs().max(walk.cell[1].unsigned_abs()) > FAR;
         let tile = tile_of(walk.cell);
         let lists = if walk.over { 0 } else { self.drum.tile(self.grown, tile) };
-        Tour { walk, tile, lists }
+        Tour { walk, ahead: Ahead::new(), tile, lists }
     }
 
     fn entries(&mut self, tour: &mut Tour, asker: &Asker, after: f64, group: &mut Group) {
         let ray = asker.ray;
+        let mut known = tour.ahead.recall(after, group);
         while !tour.walk.over {
             let grown = &*self.grown;
-            for item in grown.lists[tour.lists as usize].of(self.drum.slot(tour.walk.cell)) {
-                let hull = &grown.hulls[item.body() as usize];
-                if !hull.missed_by(ray.origin, ray.dir) {
-                    let key = Key::new(hull.region, [0; 2]);
-                    try_entry(&grown.regions[hull.region as usize], key, [0.0; 2], asker, after, group);
+            if !known {
+                tour.ahead.look();
+                for item in grown.lists[tour.lists as usize].of(self.drum.slot(tour.walk.cell)) {
+                    let hull = &grown.hulls[item.body() as usize];
+                    if !hull.missed_by(ray.origin, ray.dir) {
+                        let key = Key::new(hull.region, [0; 2]);
+                        let region = &grown.regions[hull.region as usize];
+                        tour.ahead.try_entry(region, key, [0.0; 2], asker, after, group);
+                    }
                 }
             }
+            known = false;
             if group.distance <= tour.walk.end() {
                 return;
             }
