@@ -214,7 +214,7 @@ fn notes(how: &Depositing, layer: &Layer, model: &Deposit, u: &Deposited, f: &Fi
     }
     if u.cut() > 0 {
         out.push(format!(
-            "warning: {} fibres are longer than three cells and are cut there: a larger `cell`",
+            "deposited: {} fibres of all realisations are longer than three cells and are cut there; a larger `cell` cuts fewer",
             u.cut()
         ));
     }
