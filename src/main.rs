@@ -1,8 +1,10 @@
 //! `lightpro`: light in paper, from the command line.
 
 use clap::{Args, CommandFactory, Parser, Subcommand};
-use lightpro::command::{self, Failure, ReplayArgs, RunArgs, SceneArgs, say, sweep};
+use lightpro::command::{self, CompareArgs, Failure, ReplayArgs, RunArgs, SceneArgs, say, sweep};
 use lightpro::run::limits;
+use lightpro::study::compare::{Entry, Options};
+use lightpro::study::target::Target;
 use std::io::Write;
 use std::ops::Range;
 use std::path::PathBuf;
@@ -35,12 +37,17 @@ enum Command {
         /// Only the histories a (inclusive) to b (exclusive), whole batches of 4096; see merge
         #[arg(long, value_name = "A..B", value_parser = range)]
         histories_range: Option<Range<u64>>,
+        /// Stop when the standard error of a figure is small enough: FIGURE:ERROR, e.g. reflectance:0.1%
+        /// (of the value), brightness:0.1 (in its unit), reflectance@550:0.1%; several allowed. --histories
+        /// is then the most [default: 1e10]
+        #[arg(long, value_name = "FIGURE:ERROR", value_parser = Target::parse, conflicts_with = "histories_range")]
+        target: Vec<Target>,
         /// Overwrite results that are there
         #[arg(long)]
         force: bool,
         /// Run at several values of one thing: NAME=FROM:TO:STEP or NAME=A,B,C, with a unit behind if it has
         /// one, as in wall.index=1.50:1.58:0.02 or "source.polar=0:75:15 deg"
-        #[arg(long, value_parser = sweep::Sweep::parse, conflicts_with_all = ["histories_range", "json"])]
+        #[arg(long, value_parser = sweep::Sweep::parse, conflicts_with_all = ["histories_range", "json", "target"])]
         sweep: Option<sweep::Sweep>,
         #[command(flatten)]
         how: HowOptions,
@@ -111,6 +118,41 @@ enum Command {
         /// Write the table as CSV too
         #[arg(short, long)]
         out: Option<PathBuf>,
+    },
+    /// Run the same sheet in several universes: where they agree, differ, and what each costs
+    Compare {
+        #[command(flatten)]
+        scene: SceneOptions,
+        /// homogeneous, markov, none, a number of flights, full (memory of the statistical universe), boolean
+        /// (explicit realisations), scene (as written) [default: all that the scene allows]
+        #[arg(long, value_delimiter = ',', value_parser = Entry::parse)]
+        universes: Vec<Entry>,
+        /// Another scene to hold beside; several allowed
+        #[arg(long, value_name = "SCENE")]
+        with: Vec<PathBuf>,
+        /// Name of the reference [default: boolean, else full, else the first]
+        #[arg(long)]
+        reference: Option<String>,
+        /// Reflectances that differ by less count as equal; other figures' margins follow
+        #[arg(long, default_value_t = 0.005)]
+        margin: f64,
+        /// Error of a reflectance that prices are given for
+        #[arg(long, default_value_t = 1e-3)]
+        error: f64,
+        /// Histories per wavelength group in each universe, instead of the scene's
+        #[arg(long, value_parser = histories)]
+        histories: Option<u64>,
+        /// Histories that share a realisation: 1, 2, 4 … 4096 [default: 16 where bodies are explicit]
+        #[arg(long, value_parser = histories)]
+        histories_per_realisation: Option<u64>,
+        /// Folder for the results [default: results/<name of the scene file>.compare]
+        #[arg(short, long)]
+        out: Option<PathBuf>,
+        /// Overwrite results that are there
+        #[arg(long)]
+        force: bool,
+        #[command(flatten)]
+        how: HowOptions,
     },
     /// Toggle what a scene simulates and compare
     Study {
@@ -232,8 +274,8 @@ fn range(text: &str) -> Result<Range<u64>, String> {
 
 fn main() -> ExitCode {
     let ended = match Cli::parse().command {
-        Command::Run { scene, out, histories, seed, histories_range: range, force, sweep, how } => {
-            let args = RunArgs { out, histories, seed, range, force, ..how.into_args() };
+        Command::Run { scene, out, histories, seed, histories_range: range, target, force, sweep, how } => {
+            let args = RunArgs { out, histories, seed, range, targets: target, force, ..how.into_args() };
             match sweep {
                 Some(sweep) => command::sweep::run(&scene.into_args(), &args, &sweep),
                 None => command::run(&scene.into_args(), &args),
@@ -248,6 +290,24 @@ fn main() -> ExitCode {
         }
         Command::Plan { scene } => command::plan(&scene.into_args()).and_then(|t| say(&t)),
         Command::Check { scene } => command::check(&scene.into_args()).and_then(|t| say(&t)),
+        Command::Compare {
+            scene,
+            universes,
+            with,
+            reference,
+            margin,
+            error,
+            histories,
+            histories_per_realisation: shared,
+            out,
+            force,
+            how,
+        } => {
+            let time = how.max_time.unwrap_or(Duration::from_secs(480));
+            let options = Options { margin, error, histories, shared, time, reference };
+            let args = RunArgs { out, force, ..how.into_args() };
+            command::compare(&scene.into_args(), &args, &CompareArgs { universes, with, options })
+        }
         Command::Study { what: Study::Effects { scene, histories } } => {
             command::study_effects(&scene.into_args(), histories).and_then(|t| say(&t))
         }

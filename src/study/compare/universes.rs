@@ -1,0 +1,129 @@
+//! The same sheet in other universes: one attribute of the scene changes.
+
+use crate::scene::{Memory, Realised, Scene, Universe};
+use std::fmt;
+use std::path::PathBuf;
+
+/// A universe to run a sheet in.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Entry {
+    /// As the scene says.
+    Written,
+    /// Statistical (or a mixture), with this memory.
+    Rung(Memory),
+    /// Explicit realisations of the Boolean ensemble.
+    Boolean,
+    /// Another scene.
+    Other(PathBuf),
+}
+
+impl Entry {
+    /// `scene`, `homogeneous`, `markov`, `none`, a number of flights, `full`, or `boolean`.
+    ///
+    /// # Errors
+    /// What is expected.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        Ok(match text.trim() {
+            "scene" => Entry::Written,
+            "homogeneous" => Entry::Rung(Memory::Homogeneous),
+            "markov" => Entry::Rung(Memory::Markov),
+            "none" => Entry::Rung(Memory::None),
+            "full" => Entry::Rung(Memory::Full),
+            "boolean" => Entry::Boolean,
+            k => match k.parse::<u32>() {
+                Ok(k) if (1..=1000).contains(&k) => Entry::Rung(Memory::Last(k)),
+                _ => {
+                    return Err(format!(
+                        "no universe `{k}`: scene, homogeneous, markov, none, 1, 2, 4 …, full, boolean"
+                    ));
+                }
+            },
+        })
+    }
+
+    /// All that a scene may be compared in: every rung, and realisations.
+    pub fn all(scene: &Scene) -> Vec<Entry> {
+        let rungs = [Memory::Homogeneous, Memory::Markov, Memory::None, Memory::Last(1), Memory::Full];
+        let mut out: Vec<Entry> = rungs.into_iter().map(Entry::Rung).collect();
+        match scene.universe {
+            Universe::Statistical(_) | Universe::Realised(_) => out.push(Entry::Boolean),
+            Universe::Mixture(_) => {}
+            Universe::Synthetic(_) | Universe::Voxel(_) => out = vec![Entry::Written],
+        }
+        out
+    }
+
+    /// The scene in this universe; expected values, which belong to the scene as written, are dropped.
+    /// (Another scene is read by the caller.)
+    ///
+    /// # Errors
+    /// A scene that is not known by statistics.
+    pub fn of(&self, scene: &Scene) -> Result<Scene, String> {
+        let mut out = scene.clone();
+        out.expects.clear();
+        let only = || format!("`{self}` needs a sheet that is known by its statistics");
+        match self {
+            Entry::Written | Entry::Other(_) => {}
+            Entry::Rung(memory) => match &scene.universe {
+                Universe::Mixture(m) => {
+                    out.universe = Universe::Mixture(crate::scene::Mixture { memory: *memory, ..m.clone() });
+                }
+                other => {
+                    let mut sheet = other.sheet().ok_or_else(only)?.clone();
+                    sheet.memory = *memory;
+                    out.universe = Universe::Statistical(sheet);
+                }
+            },
+            Entry::Boolean => {
+                let spread = match &scene.universe {
+                    Universe::Realised(r) => r.spread,
+                    _ => None,
+                };
+                let sheet = scene.universe.sheet().ok_or_else(only)?.clone();
+                out.universe = Universe::Realised(Realised { sheet, spread });
+            }
+        }
+        Ok(out)
+    }
+
+    /// What the mean over its histories is exact for.
+    pub fn exact(&self) -> bool {
+        matches!(self, Entry::Boolean | Entry::Rung(Memory::Full))
+    }
+}
+
+impl fmt::Display for Entry {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Entry::Written => f.write_str("scene"),
+            Entry::Rung(Memory::Homogeneous) => f.write_str("homogeneous"),
+            Entry::Rung(Memory::Markov) => f.write_str("markov"),
+            Entry::Rung(Memory::None) => f.write_str("none"),
+            Entry::Rung(Memory::Full) => f.write_str("full"),
+            Entry::Rung(Memory::Last(k)) => write!(f, "{k}"),
+            Entry::Boolean => f.write_str("boolean"),
+            Entry::Other(path) => {
+                write!(
+                    f,
+                    "{}",
+                    path.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned())
+                )
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_are_read_and_written() {
+        for word in ["scene", "homogeneous", "markov", "none", "full", "boolean", "1", "8"] {
+            assert_eq!(Entry::parse(word).unwrap().to_string(), word);
+        }
+        for bad in ["", "0", "-1", "half", "1e9"] {
+            assert!(Entry::parse(bad).is_err(), "{bad}");
+        }
+    }
+}
