@@ -75,6 +75,17 @@ fn told(from: &str, to: &str, at: &str, pieces: &[&str]) {
     }
 }
 
+/// A byte order mark is read over, and places are counted with it (found by fuzzing: a panic).
+#[test]
+fn byte_order_mark() {
+    assert!(scene(&format!("\u{feff}{GOOD}")).is_ok());
+    for text in ["\u{feff}'<?xml version=\"1.0\"", "\u{feff}text", "\u{feff}<scene", "\u{feff}\u{feff}é<"] {
+        let plain = text.trim_start_matches('\u{feff}');
+        let (marked, plain) = (scene(text).unwrap_err(), scene(plain).unwrap_err());
+        assert_eq!(marked.to_string().lines().next(), plain.to_string().lines().next());
+    }
+}
+
 #[test]
 fn the_good_scene_is_good() {
     let s = scene(GOOD).unwrap_or_else(|d| panic!("{d}"));

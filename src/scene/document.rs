@@ -136,14 +136,18 @@ impl Parser<'_> {
     }
 
     fn run(mut self) -> Result<Element, Fault> {
-        let mut reader = Reader::from_str(self.text);
+        // The reader counts from behind a byte order mark.
+        let body = self.text.trim_start_matches('\u{feff}');
+        let mark = self.text.len() - body.len();
+        let mut reader = Reader::from_str(body);
         reader.config_mut().check_end_names = false;
         reader.config_mut().allow_unmatched_ends = true;
         loop {
-            let from = reader.buffer_position() as usize;
-            let event =
-                reader.read_event().map_err(|e| self.malformed(&e, reader.error_position() as usize))?;
-            let to = reader.buffer_position() as usize;
+            let from = mark + reader.buffer_position() as usize;
+            let event = reader
+                .read_event()
+                .map_err(|e| self.malformed(&e, mark + reader.error_position() as usize))?;
+            let to = mark + reader.buffer_position() as usize;
             match event {
                 Event::Start(tag) => self.start(&tag, from, to)?,
                 Event::Empty(tag) => {
@@ -302,7 +306,7 @@ impl Parser<'_> {
 
     /// Text may stand nowhere; blanks may.
     fn blank(&self, text: &str, from: usize, to: usize) -> Result<(), Fault> {
-        let is_blank = |c: char| c.is_ascii_whitespace() || (c == '\u{feff}' && from == 0);
+        let is_blank = |c: char| c.is_ascii_whitespace();
         if text.chars().all(is_blank) {
             return Ok(());
         }

@@ -115,6 +115,13 @@ pub trait Convex {
         (ahead && c.t_in < c.t_out).then_some(c)
     }
 
+    /// [`Self::way_out`], never before the start.
+    #[inline]
+    fn leaves(&self, origin: DVec3, dir: DVec3) -> (f64, ShapeFace) {
+        let (t, face) = self.way_out(origin, dir);
+        (not_before(t), face)
+    }
+
     /// First hit of a ray outside; `just_left`: it starts on this very shape.
     #[inline]
     fn entry(&self, origin: DVec3, dir: DVec3, just_left: bool) -> Option<Hit> {

@@ -14,7 +14,7 @@
 //! across u. With p along the horizontal normal and H' the thickness (widened by the largest body
 //! radius), all that come within R lie in |p| < R, |q| < ½ H' cos τ + R |sin τ|, τ the tilt.
 
-use super::flight::{self, Asker, Space, try_entry};
+use super::flight::{self, Ahead, Asker, Space};
 use super::grid::{Item, Lattice, Lists, Walk};
 use super::next_in;
 use super::place::{Group, Place};
@@ -352,6 +352,7 @@ struct Growing<'a> {
 /// A walk through tiles.
 struct Tour {
     walk: Walk,
+    ahead: Ahead,
     tile: [i32; 2],
     lists: u32,
 }
@@ -379,20 +380,26 @@ impl Space for Growing<'_> {
         walk.over = walk.cell[0].unsigned_abs().max(walk.cell[1].unsigned_abs()) > FAR;
         let tile = tile_of(walk.cell);
         let lists = if walk.over { 0 } else { self.drum.tile(self.grown, tile) };
-        Tour { walk, tile, lists }
+        Tour { walk, ahead: Ahead::new(), tile, lists }
     }
 
     fn entries(&mut self, tour: &mut Tour, asker: &Asker, after: f64, group: &mut Group) {
         let ray = asker.ray;
+        let mut known = tour.ahead.recall(after, group);
         while !tour.walk.over {
             let grown = &*self.grown;
-            for item in grown.lists[tour.lists as usize].of(self.drum.slot(tour.walk.cell)) {
-                let hull = &grown.hulls[item.body() as usize];
-                if !hull.missed_by(ray.origin, ray.dir) {
-                    let key = Key::new(hull.region, [0; 2]);
-                    try_entry(&grown.regions[hull.region as usize], key, [0.0; 2], asker, after, group);
+            if !known {
+                tour.ahead.look();
+                for item in grown.lists[tour.lists as usize].of(self.drum.slot(tour.walk.cell)) {
+                    let hull = &grown.hulls[item.body() as usize];
+                    if !hull.missed_by(ray.origin, ray.dir) {
+                        let key = Key::new(hull.region, [0; 2]);
+                        let region = &grown.regions[hull.region as usize];
+                        tour.ahead.try_entry(region, key, [0.0; 2], asker, after, group);
+                    }
                 }
             }
+            known = false;
             if group.distance <= tour.walk.end() {
                 return;
             }

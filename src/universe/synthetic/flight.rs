@@ -8,8 +8,9 @@
 use super::place::{Group, Known, Place, Set};
 use super::region::{Event, Key, Owner, Region, Rule, seen_from};
 use crate::math::DVec3;
-use crate::universe::shape::{Chord, Shape, ShapeFace};
+use crate::universe::shape::{Chord, Convex, Shape, ShapeFace};
 use crate::universe::{Interface, Ray, against};
+use arrayvec::ArrayVec;
 
 /// What a ray knows of itself when it asks what it may enter.
 pub(super) struct Asker<'a> {
@@ -38,6 +39,16 @@ pub(super) trait Space {
     fn around(&mut self, point: DVec3, tell: impl FnMut(&Self, Key));
 }
 
+/// Where a ray enters a region that it is outside of and has not just left.
+#[inline]
+fn entry(region: &Region, key: Key, period: [f64; 2], asker: &Asker) -> Option<Event> {
+    if key == asker.left || asker.inside.contains(key) {
+        return None;
+    }
+    let c = region.part.shape.way_through(&seen_from(asker.ray, key, period))?;
+    Some(Event { t: c.t_in, key, enters: true, face: c.face_in })
+}
+
 /// Tests one region for an entry.
 #[inline]
 pub(super) fn try_entry(
@@ -48,14 +59,63 @@ pub(super) fn try_entry(
     after: f64,
     group: &mut Group,
 ) {
-    if key == asker.left || asker.inside.contains(key) || group.holds(key) {
-        return;
-    }
-    if let Some(c) = region.part.shape.way_through(&seen_from(asker.ray, key, period))
-        && c.t_in > after
-        && c.t_in <= group.distance
+    if !group.holds(key)
+        && let Some(e) = entry(region, key, period, asker)
+        && e.t > after
     {
-        group.offer(Event { t: c.t_in, key, enters: true, face: c.face_in });
+        group.offer(e);
+    }
+}
+
+/// Entries that a walk from cell to cell has found ahead: a body is tested once, though it lies in
+/// several cells and a search behind a buried surface goes on in the same cell.
+pub(super) struct Ahead {
+    found: ArrayVec<Event, 12>,
+    /// The present cell has been gone through, and all that is in it was kept.
+    known: bool,
+}
+
+impl Ahead {
+    pub fn new() -> Self {
+        Ahead { found: ArrayVec::new_const(), known: false }
+    }
+
+    /// A search begins beyond `after`: offers what is known. Whether the present cell is.
+    #[inline]
+    pub fn recall(&mut self, after: f64, group: &mut Group) -> bool {
+        if self.found.is_empty() {
+            return self.known;
+        }
+        self.found.retain(|e| e.t > after);
+        self.found.iter().for_each(|e| group.offer(*e));
+        self.known
+    }
+
+    /// A cell is gone through: what it holds is known from now on.
+    #[inline]
+    pub fn look(&mut self) {
+        self.known = true;
+    }
+
+    /// Tests one region for an entry. What finds no room is found again in its cell.
+    #[inline]
+    pub fn try_entry(
+        &mut self,
+        region: &Region,
+        key: Key,
+        period: [f64; 2],
+        asker: &Asker,
+        after: f64,
+        group: &mut Group,
+    ) {
+        if !self.found.iter().any(|e| e.key == key)
+            && !group.holds(key)
+            && let Some(e) = entry(region, key, period, asker)
+            && e.t > after
+        {
+            self.known &= self.found.try_push(e).is_ok();
+            group.offer(e);
+        }
     }
 }
 
@@ -63,7 +123,6 @@ pub(super) fn try_entry(
 struct Flight<'a, S: Space> {
     space: &'a mut S,
     ray: &'a Ray,
-    set: Set,
     known: Known,
 }
 
@@ -77,53 +136,47 @@ impl<S: Space> Flight<'_, S> {
     }
 
     /// Takes note of the ways out at the start.
-    fn begin(&mut self, place: &Place) -> Option<()> {
-        for &key in place.inside.items() {
-            let region = self.region(key);
-            let (t, face) = region.part.shape.way_out_face(&seen_from(self.ray, key, self.space.period()));
-            let hollow = region.hollow().map(|h| key.of(h));
+    fn begin(&mut self, inside: &Set, left: Key) -> Option<()> {
+        for &key in inside.items() {
+            let region = self.space.region(key.region());
+            let (o, d) = region.part.shape.local(&seen_from(self.ray, key, self.space.period()));
+            let (t, face) = region.part.shape.shape.leaves(o, d);
             self.known.push(Event { t, key, enters: false, face })?;
-            if let Some(hollow) = hollow
-                && hollow != place.left
-                && !place.inside.contains(hollow)
-                && let Some(c) = self.chord(hollow)
+            // A hollow stands in its body's frame: the same local ray.
+            if let Some(hollow) = region.hollow()
+                && let key = key.of(hollow)
+                && key != left
+                && !inside.contains(key)
+                && let Some(c) = self.space.region(hollow as usize).part.shape.shape.way_through(o, d)
             {
-                self.known.push(Event { t: c.t_in, key: hollow, enters: true, face: c.face_in })?;
+                self.known.push(Event { t: c.t_in, key, enters: true, face: c.face_in })?;
             }
         }
         Some(())
     }
 
-    /// The nearest surfaces beyond `after`.
-    fn nearest(&mut self, cursor: &mut S::Cursor, place: &Place, after: f64, limit: f64) -> Group {
-        let mut group = Group::new(limit);
-        self.known.items().iter().for_each(|e| group.offer(*e));
-        let asker = Asker { ray: self.ray, inside: &place.inside, left: place.left };
-        self.space.entries(cursor, &asker, after, &mut group);
-        group
-    }
-
     /// Crosses all surfaces of a group: out of regions first, so that room is there. A hollow that
     /// shares the cap of its body is entered with it. `None` where there is no room.
-    fn cross(&mut self, group: &Group) -> Option<()> {
+    #[inline]
+    fn cross(&self, set: &mut Set, group: &Group) -> Option<()> {
         for e in group.items().iter().filter(|e| !e.enters) {
-            self.set.remove(e.key);
+            set.remove(e.key);
         }
         for e in group.items().iter().filter(|e| e.enters) {
-            self.set.insert(e.key)?;
+            set.insert(e.key)?;
             let region = self.region(e.key);
             if (e.face != ShapeFace::Side || region.flush)
                 && let Some(hollow) = region.hollow().map(|h| e.key.of(h))
                 && self.chord(hollow).is_some_and(|c| c.t_in <= e.t)
             {
-                self.set.insert(hollow)?;
+                set.insert(hollow)?;
             }
         }
         (!group.overflow).then_some(())
     }
 
     /// Goes on behind buried surfaces: what has been entered has ways out and hollows.
-    fn pass(&mut self, group: &Group) -> Option<()> {
+    fn pass(&mut self, set: &Set, group: &Group) -> Option<()> {
         self.known.pass(group.distance);
         for e in group.items().iter().filter(|e| e.enters) {
             let Some(c) = self.chord(e.key) else { continue };
@@ -131,7 +184,7 @@ impl<S: Space> Flight<'_, S> {
             if let Some(hollow) = self.region(e.key).hollow().map(|h| e.key.of(h))
                 && let Some(c) = self.chord(hollow)
             {
-                let (enters, t, face) = match self.set.contains(hollow) {
+                let (enters, t, face) = match set.contains(hollow) {
                     true => (false, c.t_out, c.face_out),
                     // Rounding may put a thin wall's inner surface before its outer one.
                     false => (true, c.t_in.max(group.distance), c.face_in),
@@ -162,59 +215,69 @@ pub(super) enum Found {
 /// Flies along the place's ray up to `limit`, to the first interface if `stops`, and leaves in the
 /// place what has been seen.
 pub(super) fn fly<S: Space>(space: &mut S, place: &mut Place, limit: f64, stops: bool) -> Found {
-    let ray = place.ray;
-    let mut cursor = space.search(&ray);
-    let mut flight = Flight { space, ray: &ray, set: place.inside, known: Known::new() };
-    let mut after = f64::NEG_INFINITY;
-    if flight.begin(place).is_none() {
+    let Place { ray, inside, left, before, beyond, quiet, distance, seen, region, .. } = place;
+    let mut cursor = space.search(ray);
+    let mut flight = Flight { space, ray, known: Known::new() };
+    if flight.begin(inside, *left).is_none() {
         return Found::Lost;
     }
+    before.copy_from(inside);
+    let mut old = stops.then(|| owner(flight.space, before));
+    let mut after = f64::NEG_INFINITY;
     loop {
-        let group = flight.nearest(&mut cursor, place, after, limit);
+        let mut group = Group::new(limit);
+        flight.known.items().iter().for_each(|e| group.offer(*e));
+        let asker = Asker { ray, inside, left: *left };
+        flight.space.entries(&mut cursor, &asker, after, &mut group);
         if group.items().is_empty() {
-            place.before.copy_from(&flight.set);
-            place.seen = limit;
+            *seen = limit;
             return Found::Nothing;
         }
-        place.before.copy_from(&flight.set);
-        if flight.cross(&group).is_none() {
+        beyond.copy_from(before);
+        if flight.cross(beyond, &group).is_none() {
             return Found::Lost;
         }
-        place.quiet = place.quiet.min(group.distance);
-        if stops && let Some(met) = judge(flight.space, &place.before, &flight.set, &group) {
-            place.beyond.copy_from(&flight.set);
-            place.seen = group.distance;
-            place.distance = group.distance;
-            place.region = met.event.key;
-            return Found::Met(met);
+        *quiet = quiet.min(group.distance);
+        if let Some(old) = &mut old {
+            let new = owner(flight.space, beyond);
+            if let Some(event) = judge(flight.space, old, &new, &group) {
+                (*seen, *distance, *region) = (group.distance, group.distance, event.key);
+                return Found::Met(Met { event, beyond: new });
+            }
+            *old = new;
         }
-        if flight.pass(&group).is_none() {
+        if flight.pass(beyond, &group).is_none() {
             return Found::Lost;
         }
+        before.copy_from(beyond);
         after = group.distance;
     }
 }
 
-/// Whether the surfaces of a group part two media, and which of them does.
-fn judge<S: Space>(space: &S, before: &Set, after: &Set, group: &Group) -> Option<Met> {
-    let rule = space.rule();
-    let owner = |set: &Set| rule.owner(set.items(), |k| space.region(k.region()));
-    let (old, new) = (owner(before), owner(after));
-    // Of several surfaces at one place, that of the owner on either side with the higher rank.
-    let standing = |e: &&Event| {
-        let body = |k: Key| {
-            let r = space.region(k.region());
-            if r.is_hole() { k.of(r.outer) } else { k }
-        };
-        let own = |o: &Owner| o.key != Key::NONE && body(o.key) == body(e.key);
-        (own(&old) || own(&new), space.region(e.key.region()).rank, e.key)
-    };
+#[inline]
+fn owner<S: Space>(space: &S, set: &Set) -> Owner {
+    space.rule().owner(set.items(), |k| space.region(k.region()))
+}
+
+/// The surface of a group that parts the media of `old` and `new`, if one does.
+#[inline]
+fn judge<S: Space>(space: &S, old: &Owner, new: &Owner, group: &Group) -> Option<Event> {
     let event = match group.items() {
         [one] => *one,
-        several => *several.iter().max_by_key(standing)?,
+        several => *several.iter().max_by_key(|e| standing(space, old, new, e))?,
     };
     let surface = space.region(event.key.region()).part.surface;
-    rule.separates(&old, &new, surface).then_some(Met { event, beyond: new })
+    space.rule().separates(old, new, surface).then_some(event)
+}
+
+/// Of several surfaces at one place, that of the owner on either side with the higher rank.
+fn standing<S: Space>(space: &S, old: &Owner, new: &Owner, e: &Event) -> (bool, u32, Key) {
+    let body = |k: Key| {
+        let r = space.region(k.region());
+        if r.is_hole() { k.of(r.outer) } else { k }
+    };
+    let own = |o: &Owner| o.key != Key::NONE && body(o.key) == body(e.key);
+    (own(old) || own(new), space.region(e.key.region()).rank, e.key)
 }
 
 /// The interface of `met` as the ray sees it.

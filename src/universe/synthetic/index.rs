@@ -1,7 +1,7 @@
 //! Which regions a ray may enter: a list, a grid or a hierarchy, by what the scene is like.
 
 use super::bvh::Bvh;
-use super::flight::{Asker, try_entry};
+use super::flight::{Ahead, Asker, try_entry};
 use super::grid::{Grid, Lattice, Walk};
 use super::place::Group;
 use super::region::{Extent, Hull, Key, Region, seen_from};
@@ -87,9 +87,9 @@ impl Index {
         Index { everywhere, hulls, kind, period: period.unwrap_or_default() }
     }
 
-    pub fn search(&self, ray: &Ray) -> Option<Walk> {
+    pub fn search(&self, ray: &Ray) -> Option<(Walk, Ahead)> {
         match &self.kind {
-            Kind::Grid(grid) => Some(grid.walk(ray)),
+            Kind::Grid(grid) => Some((grid.walk(ray), Ahead::new())),
             _ => None,
         }
     }
@@ -98,7 +98,7 @@ impl Index {
     pub fn entries(
         &self,
         regions: &[Region],
-        walk: &mut Option<Walk>,
+        walk: &mut Option<(Walk, Ahead)>,
         asker: &Asker,
         after: f64,
         group: &mut Group,
@@ -126,24 +126,30 @@ impl Index {
         &self,
         grid: &Grid,
         regions: &[Region],
-        walk: &mut Walk,
+        (walk, ahead): &mut (Walk, Ahead),
         asker: &Asker,
         after: f64,
         group: &mut Group,
     ) {
         let ray = asker.ray;
+        let mut known = ahead.recall(after, group);
         while !walk.over {
-            let Some((items, image)) = grid.list(walk.cell) else {
-                walk.over = true;
-                return;
-            };
-            for item in items {
-                let hull = &self.hulls[item.body() as usize];
-                let key = item.key(hull.region, image);
-                if !hull.missed_by(seen_from(ray, key, self.period).origin, ray.dir) {
-                    try_entry(&regions[hull.region as usize], key, self.period, asker, after, group);
+            if !known {
+                let Some((items, image)) = grid.list(walk.cell) else {
+                    walk.over = true;
+                    return;
+                };
+                ahead.look();
+                for item in items {
+                    let hull = &self.hulls[item.body() as usize];
+                    let key = item.key(hull.region, image);
+                    if !hull.missed_by(seen_from(ray, key, self.period).origin, ray.dir) {
+                        let region = &regions[hull.region as usize];
+                        ahead.try_entry(region, key, self.period, asker, after, group);
+                    }
                 }
             }
+            known = false;
             if group.distance <= walk.end() {
                 return;
             }

@@ -233,7 +233,7 @@ fn check_length(i: usize, placed: &Placed, period: [f64; 2]) -> Result<(), Error
 struct Still<'a>(&'a SyntheticUniverse);
 
 impl Space for Still<'_> {
-    type Cursor = Option<grid::Walk>;
+    type Cursor = Option<(grid::Walk, flight::Ahead)>;
 
     #[inline]
     fn rule(&self) -> Rule {

@@ -2,10 +2,14 @@
 
 use super::region::{Event, Key};
 use crate::universe::Ray;
+use arrayvec::ArrayVec;
 
 /// Most regions that may contain one point; a ray in more is lost (and counted). A hollow fibre is
 /// two regions, so this is twelve fibres deep.
 pub const CAPACITY: usize = 24;
+
+/// Regions around a point that are copied without asking how many there are.
+const FEW: usize = 4;
 
 /// A small ascending set of regions.
 #[derive(Clone, Copy, Debug)]
@@ -34,8 +38,12 @@ impl Set {
     /// Becomes equal to `other`; only what is filled is copied.
     #[inline]
     pub fn copy_from(&mut self, other: &Set) {
+        // Nearly all sets are small: a copy of known length is two moves, not a call.
+        self.items[..FEW].copy_from_slice(&other.items[..FEW]);
         let n = other.len as usize;
-        self.items[..n].copy_from_slice(&other.items[..n]);
+        if n > FEW {
+            self.items[FEW..n].copy_from_slice(&other.items[FEW..n]);
+        }
         self.len = other.len;
     }
 
@@ -53,7 +61,9 @@ impl Set {
         if n == CAPACITY {
             return None;
         }
-        self.items.copy_within(at..n, at + 1);
+        for i in (at..n).rev() {
+            self.items[i + 1] = self.items[i];
+        }
         self.items[at] = key;
         self.len += 1;
         Some(())
@@ -63,8 +73,9 @@ impl Set {
     #[inline]
     pub fn remove(&mut self, key: Key) {
         if let Some(at) = self.items().iter().position(|&x| x == key) {
-            let n = self.len as usize;
-            self.items.copy_within(at + 1..n, at);
+            for i in at + 1..self.len as usize {
+                self.items[i - 1] = self.items[i];
+            }
             self.len -= 1;
         }
     }
@@ -73,34 +84,29 @@ impl Set {
 /// Most surfaces at exactly the same distance.
 const SAME: usize = 16;
 
-/// Surfaces met at exactly the same distance.
+/// Surfaces met at exactly the same distance; nearly always one.
 pub(super) struct Group {
     pub distance: f64,
-    len: usize,
     pub overflow: bool,
-    items: [Event; SAME],
+    items: ArrayVec<Event, SAME>,
 }
 
 impl Group {
     /// An empty group that takes surfaces up to `limit`.
     #[inline]
     pub fn new(limit: f64) -> Self {
-        Group { distance: limit, len: 0, overflow: false, items: [Event::EMPTY; SAME] }
+        Group { distance: limit, overflow: false, items: ArrayVec::new_const() }
     }
 
     /// Takes a surface if it is as near as those so far, and drops these if it is nearer.
     #[inline]
     pub fn offer(&mut self, event: Event) {
         if event.t < self.distance {
-            (self.distance, self.len, self.overflow) = (event.t, 0, false);
+            self.items.clear();
+            (self.distance, self.overflow) = (event.t, false);
         }
         if event.t == self.distance && event.t < f64::INFINITY {
-            if self.len == SAME {
-                self.overflow = true;
-            } else {
-                self.items[self.len] = event;
-                self.len += 1;
-            }
+            self.overflow |= self.items.try_push(event).is_err();
         }
     }
 
@@ -112,45 +118,33 @@ impl Group {
 
     #[inline]
     pub fn items(&self) -> &[Event] {
-        &self.items[..self.len]
+        &self.items
     }
 }
 
 /// Surfaces ahead of a ray that its state alone tells: ways out, and entries of hollows.
-pub(super) struct Known {
-    len: usize,
-    items: [Event; CAPACITY + CAPACITY / 2],
-}
+pub(super) struct Known(ArrayVec<Event, { CAPACITY + CAPACITY / 2 }>);
 
 impl Known {
     #[inline]
     pub fn new() -> Self {
-        Known { len: 0, items: [Event::EMPTY; CAPACITY + CAPACITY / 2] }
+        Known(ArrayVec::new_const())
     }
 
     #[inline]
     pub fn push(&mut self, event: Event) -> Option<()> {
-        *self.items.get_mut(self.len)? = event;
-        self.len += 1;
-        Some(())
+        self.0.try_push(event).ok()
     }
 
     #[inline]
     pub fn items(&self) -> &[Event] {
-        &self.items[..self.len]
+        &self.0
     }
 
     /// Drops all up to the distance `t`.
     #[inline]
     pub fn pass(&mut self, t: f64) {
-        let mut kept = 0;
-        for i in 0..self.len {
-            if self.items[i].t > t {
-                self.items[kept] = self.items[i];
-                kept += 1;
-            }
-        }
-        self.len = kept;
+        self.0.retain(|e| e.t > t);
     }
 }
 

@@ -300,11 +300,6 @@ pub(super) struct Event {
     pub face: ShapeFace,
 }
 
-impl Event {
-    /// Fills arrays; all bits zero, which is quick to write.
-    pub const EMPTY: Event = Event { t: 0.0, key: Key(0), enters: false, face: ShapeFace::Side };
-}
-
 /// The ray as the original of a periodic image sees it; the ray itself stays where it is.
 #[inline]
 pub(super) fn seen_from(ray: &Ray, key: Key, period: [f64; 2]) -> Ray {
