@@ -5,6 +5,7 @@ use lightpro::command::{self, CompareArgs, Failure, ReplayArgs, RunArgs, SceneAr
 use lightpro::run::limits;
 use lightpro::study::compare::{Entry, Options};
 use lightpro::study::target::Target;
+use lightpro::study::{accuracy, sap};
 use std::io::Write;
 use std::ops::Range;
 use std::path::PathBuf;
@@ -181,8 +182,89 @@ enum Command {
     },
 }
 
+/// Where a study goes.
+#[derive(Args)]
+struct StudyOptions {
+    /// Folder for the results [default: results/<name of the scene file>.<study>]
+    #[arg(short, long)]
+    out: Option<PathBuf>,
+    /// Overwrite results that are there
+    #[arg(long)]
+    force: bool,
+    /// Threads [default: all]
+    #[arg(long, default_value_t = 0, hide_default_value = true)]
+    threads: usize,
+    /// Print nothing but errors
+    #[arg(long)]
+    quiet: bool,
+}
+
+impl StudyOptions {
+    fn into_args(self) -> RunArgs {
+        RunArgs {
+            out: self.out,
+            force: self.force,
+            threads: self.threads,
+            quiet: self.quiet,
+            command_line: std::env::args().collect(),
+            ..RunArgs::default()
+        }
+    }
+}
+
 #[derive(Subcommand)]
 enum Study {
+    /// What every source of error contributes, what each setting costs, how long a wanted error takes
+    Accuracy {
+        #[command(flatten)]
+        scene: SceneOptions,
+        /// Histories per wavelength group of each setting, instead of the scene's
+        #[arg(long, value_parser = histories)]
+        histories: Option<u64>,
+        /// Processor time that each setting may take
+        #[arg(long, value_name = "TIME", default_value = "20s", value_parser = limits::duration)]
+        each: Duration,
+        /// Error of a reflectance that settings are recommended for
+        #[arg(long, default_value_t = 2e-3)]
+        error: f64,
+        /// Leave out the toggling of effects
+        #[arg(long)]
+        no_effects: bool,
+        #[command(flatten)]
+        how: StudyOptions,
+    },
+    /// One setting, ever finer: bias, observed order, price
+    Convergence {
+        #[command(flatten)]
+        scene: SceneOptions,
+        /// Which: memory, patches, roulette, "branching floor", "wavelength grid"
+        #[arg(long)]
+        knob: String,
+        /// Histories per wavelength group of each setting, instead of the scene's
+        #[arg(long, value_parser = histories)]
+        histories: Option<u64>,
+        /// Processor time that each setting may take
+        #[arg(long, value_name = "TIME", default_value = "20s", value_parser = limits::duration)]
+        each: Duration,
+        #[command(flatten)]
+        how: StudyOptions,
+    },
+    /// Patches of the sphere (SAP) against the continuous law: granularity, direction, frame, splitting
+    Sap {
+        /// Scenes to run with patches, e.g. scenes/seed/fig11-gaussian-45-granularity-3.xml
+        scenes: Vec<PathBuf>,
+        /// Asymmetry of the Henyey–Greenstein law
+        #[arg(long, default_value_t = 0.9)]
+        g: f64,
+        /// Granularities
+        #[arg(long, value_delimiter = ',', default_values_t = sap::GRANULARITIES)]
+        nside: Vec<u32>,
+        /// Histories of each scene, and drawn directions of each table
+        #[arg(long, default_value = "4e5", value_parser = histories)]
+        histories: u64,
+        #[command(flatten)]
+        how: StudyOptions,
+    },
     /// Every effect: what it changes, with intervals, and what it costs
     Effects {
         #[command(flatten)]
@@ -310,6 +392,24 @@ fn main() -> ExitCode {
         }
         Command::Study { what: Study::Effects { scene, histories } } => {
             command::study_effects(&scene.into_args(), histories).and_then(|t| say(&t))
+        }
+        Command::Study { what: Study::Accuracy { scene, histories, each, error, no_effects, how } } => {
+            let options = accuracy::Options {
+                histories,
+                each: each.as_secs_f64(),
+                knob: None,
+                effects: !no_effects,
+                wanted: error,
+            };
+            command::study_accuracy(&scene.into_args(), &how.into_args(), &options)
+        }
+        Command::Study { what: Study::Convergence { scene, knob, histories, each, how } } => {
+            let (knob, each) = (Some(knob), each.as_secs_f64());
+            let options = accuracy::Options { histories, each, knob, ..accuracy::Options::default() };
+            command::study_accuracy(&scene.into_args(), &how.into_args(), &options)
+        }
+        Command::Study { what: Study::Sap { scenes, g, nside, histories, how } } => {
+            command::study_sap(&scenes, &how.into_args(), g, &nside, histories)
         }
         Command::Materials { filter, from } => command::materials(&from, &filter).and_then(|t| say(&t)),
         Command::Difference { first, second, out } => {

@@ -176,7 +176,7 @@ fn hard_spheres_are_told_from_overlapping_ones() {
     };
     let statistical = scene(
         r#"<universe kind="statistical" outside="air" memory="full" edges="contained"><sheet thickness="10 um" pore="air"><layer>
-        <spheres material="wall" diameter="2 um" volume-fraction="0.24" surface="white"/></layer></sheet></universe>"#,
+        <particles shape="sphere" material="wall" diameter="2 um" volume-fraction="0.24" surface="white"/></layer></sheet></universe>"#,
     );
     let statistical = read_text(&statistical, "s.xml".as_ref(), &Reading::default()).unwrap();
     let plan = Plan::new(&statistical).unwrap();

@@ -7,12 +7,14 @@ mod folder;
 mod replay;
 mod run;
 mod stop;
+mod study;
 pub mod sweep;
 
 pub use compare::{CompareArgs, compare};
 pub use finish::{Finished, finish};
 pub use replay::{ReplayArgs, replay};
 pub use run::{merge, resume, run};
+pub use study::{study_accuracy, study_sap};
 
 use crate::run::clock::processor_seconds as cpu_seconds;
 

@@ -6,12 +6,14 @@
 
 mod canvas;
 mod axes;
+pub mod bars;
 pub mod colours;
 pub mod hemisphere;
 pub mod ledger;
 pub mod lines;
 pub mod polar;
 
+pub use bars::{Bar, BarPlot};
 pub use hemisphere::{HemisphereMap, Patch};
 pub use ledger::LedgerBar;
 pub use lines::{Curve, LinePlot, depth_profile, spectra};
