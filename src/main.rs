@@ -155,6 +155,20 @@ enum Command {
         #[command(flatten)]
         how: HowOptions,
     },
+    /// Measure the statistics of a sheet: chords, interfaces, directions, bodies; as a distribution file
+    Characterise {
+        #[command(flatten)]
+        scene: SceneOptions,
+        /// Straight lines to measure with
+        #[arg(long, default_value = "2e5", value_parser = histories)]
+        lines: u64,
+        /// Folder for the distribution files, the <universe> that uses them, and tables
+        #[arg(short, long)]
+        out: Option<PathBuf>,
+        /// Overwrite results that are there
+        #[arg(long)]
+        force: bool,
+    },
     /// Toggle what a scene simulates and compare
     Study {
         #[command(subcommand)]
@@ -389,6 +403,9 @@ fn main() -> ExitCode {
             let options = Options { margin, error, histories, shared, time, reference };
             let args = RunArgs { out, force, ..how.into_args() };
             command::compare(&scene.into_args(), &args, &CompareArgs { universes, with, options })
+        }
+        Command::Characterise { scene, lines, out, force } => {
+            command::characterise(&scene.into_args(), lines, out.as_deref(), force).and_then(|t| say(&t))
         }
         Command::Study { what: Study::Effects { scene, histories } } => {
             command::study_effects(&scene.into_args(), histories).and_then(|t| say(&t))

@@ -12,6 +12,8 @@ mod drum;
 mod hard_cases;
 #[path = "synthetic_universe/many.rs"]
 mod many;
+#[path = "synthetic_universe/slanted.rs"]
+mod slanted;
 #[path = "synthetic_universe/union.rs"]
 mod union;
 #[path = "synthetic_universe/walks.rs"]

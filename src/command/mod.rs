@@ -161,6 +161,41 @@ pub fn study_effects(args: &SceneArgs, histories: Option<u64>) -> Result<String,
     Ok(format!("{}\n{study}", heading(&scene)))
 }
 
+/// `characterise`: the statistics of a scene's universe, printed and as files in `out`.
+///
+/// # Errors
+/// A scene that cannot be read or measured, files that cannot be written.
+pub fn characterise(
+    args: &SceneArgs,
+    lines: u64,
+    out: Option<&Path>,
+    force: bool,
+) -> Result<String, Failure> {
+    let (scene, _) = load(args)?;
+    let told = |path: &Path, e: &dyn fmt::Display| Failure::Input(format!("error: {}: {e}", path.display()));
+    let found = crate::study::characterise::characterise(&scene, lines).map_err(|e| told(&scene.path, &e))?;
+    let mut text = format!("{}\n{found}", heading(&scene));
+    if let Some(folder) = out {
+        if !force && folder.join("universe.xml").exists() {
+            let full = "holds results already; --force overwrites them";
+            return Err(told(folder, &full));
+        }
+        std::fs::create_dir_all(folder).map_err(|e| told(folder, &e))?;
+        let mut files = found.files(&scene.name);
+        files.push(("chords.csv".to_owned(), found.chords_csv()));
+        files.push(("rates.csv".to_owned(), found.rates_csv()));
+        files.push(("transitions.csv".to_owned(), found.transitions_csv()));
+        files.push(("profile.csv".to_owned(), found.profile_csv()));
+        for (name, content) in &files {
+            let path = folder.join(name);
+            report::write_atomic(&path, content.as_bytes()).map_err(|e| told(&path, &e))?;
+        }
+        let names: Vec<&str> = files.iter().map(|f| f.0.as_str()).collect();
+        text += &format!("{}: {}\n", folder.display(), names.join(", "));
+    }
+    Ok(text)
+}
+
 fn heading(scene: &Scene) -> String {
     format!("{} ({})", scene.name, scene.path.display())
 }

@@ -310,6 +310,12 @@ impl<'a> Reader<'a> {
         let bytes = self.take(8)?.try_into().map_err(|_| "cut short".to_owned())?;
         Ok(u64::from_le_bytes(bytes))
     }
+    /// A counter: sums of all that a file can hold stay within their range.
+    fn counter(&mut self) -> Result<u64, String> {
+        self.number().and_then(|n| {
+            if n < 1 << 48 { Ok(n) } else { Err("damaged: a counter is impossible".to_owned()) }
+        })
+    }
     /// A number of things of at least `size` bytes each: not more than are left.
     fn count(&mut self, size: usize) -> Result<usize, String> {
         let n = usize::try_from(self.number()?).unwrap_or(usize::MAX);
@@ -354,16 +360,16 @@ impl<'a> Reader<'a> {
         let first = self.number()?;
         let level = u32::try_from(self.number()?).unwrap_or(u32::MAX);
         let mut node = Node {
-            histories: self.number()?,
-            batches: self.number()?,
-            events: self.number()?,
-            lost: self.number()?,
-            capped: self.number()?,
-            samples: self.number()?,
+            histories: self.counter()?,
+            batches: self.counter()?,
+            events: self.counter()?,
+            lost: self.counter()?,
+            capped: self.counter()?,
+            samples: self.counter()?,
             ..Node::default()
         };
         let (bodies, segments, bytes, pockets) =
-            (self.number()?, self.number()?, self.number()?, self.number()?);
+            (self.counter()?, self.counter()?, self.counter()?, self.counter()?);
         node.kept = Kept { bodies, segments, bytes, pockets };
         node.worst_imbalance = self.float()?;
         node.single = self.list(16, Self::floats)?;
@@ -371,7 +377,7 @@ impl<'a> Reader<'a> {
         let cells = node.sums.len();
         let replicas = self.list(16, |r| {
             let replica = u8::try_from(r.number()?).map_err(|_| "damaged: a replica too many".to_owned())?;
-            let samples = r.number()?;
+            let samples = r.counter()?;
             if cells > r.0.len() / 8 {
                 return Err("cut short".to_owned());
             }

@@ -203,6 +203,7 @@ pub(super) fn groups<'a>(scene: &'a Scene, plan: &'a Plan) -> Result<Vec<Box<dyn
             AnyUniverse::Lazy(u) => lanes(scene, plan, u, w, g),
             AnyUniverse::Mixture(u) => lanes(scene, plan, u, w, g),
             AnyUniverse::Synthetic(u) => lanes(scene, plan, u, w, g),
+            AnyUniverse::Repeated(u) => lanes(scene, plan, u, w, g),
             AnyUniverse::Realised(u) => lanes(scene, plan, u, w, g),
             AnyUniverse::Voxel(u) => lanes(scene, plan, u, w, g),
         }

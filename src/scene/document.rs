@@ -22,6 +22,8 @@ pub struct Element {
     pub name: String,
     /// Place of the name in the start tag.
     pub place: Place,
+    /// From `<` of the start tag to `>` of the end tag.
+    pub span: Place,
     /// Attributes in order, possibly repeated.
     pub attributes: Vec<Attribute>,
     /// Child elements in order.
@@ -152,7 +154,7 @@ impl Parser<'_> {
                 Event::Start(tag) => self.start(&tag, from, to)?,
                 Event::Empty(tag) => {
                     self.start(&tag, from, to)?;
-                    self.close();
+                    self.close(to);
                 }
                 Event::End(tag) => self.end(tag.name().0, from, to)?,
                 Event::Text(text) => self.blank(&text, from, to)?,
@@ -216,6 +218,7 @@ impl Parser<'_> {
         let element = Element {
             name,
             place,
+            span: Place::new(self.file, from..to),
             attributes,
             children: Vec::new(),
             used: Cell::new(false),
@@ -289,14 +292,15 @@ impl Parser<'_> {
                 ))
             }
             Some(_) => {
-                self.close();
+                self.close(to);
                 Ok(())
             }
         }
     }
 
-    fn close(&mut self) {
-        if let Some(Open { element, .. }) = self.open.pop() {
+    fn close(&mut self, end: usize) {
+        if let Some(Open { mut element, .. }) = self.open.pop() {
+            element.span.end = end;
             match self.open.last_mut() {
                 Some(parent) => parent.element.children.push(element),
                 None => self.root = Some(element),

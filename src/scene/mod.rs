@@ -17,6 +17,7 @@ pub mod statistical;
 pub mod synthetic;
 pub mod table;
 pub mod voxel;
+pub mod written;
 
 pub use build::{Options, implied_coarseness, read, read_text, section_areas};
 pub use diagnostic::Diagnostics;

@@ -10,6 +10,7 @@ use crate::math::DVec3;
 use crate::source::Source;
 use crate::universe::Overlap;
 use crate::universe::any::AnyUniverse;
+use crate::universe::synthetic::repeated::Repeated;
 use std::fmt;
 
 /// Everything a run needs beside the optical constants.
@@ -69,7 +70,12 @@ impl Plan {
             }
             Universe::Synthetic(s) => {
                 let u = synthetic::universe(s).map_err(|e| e.to_string())?;
-                (AnyUniverse::Synthetic(u), Vec::new(), extent(s))
+                notes.extend(s.cell.map(|_| u.describe_search()));
+                let universe = match s.cell {
+                    Some(_) => AnyUniverse::Repeated(Repeated::new(u)),
+                    None => AnyUniverse::Synthetic(u),
+                };
+                (universe, Vec::new(), extent(s))
             }
             Universe::Voxel(v) => {
                 let (universe, found) = voxel::build(v, scene)?;
@@ -127,6 +133,9 @@ impl Plan {
 
 /// Height of the uppermost and lowest point of the bodies; `None` where they have no end.
 fn extent(s: &model::Synthetic) -> Option<(f64, f64)> {
+    if let Some(cell) = s.cell {
+        return Some((cell.planes[1], cell.planes[0]));
+    }
     let mut range = (f64::NEG_INFINITY, f64::INFINITY);
     for body in &s.bodies {
         let (low, high) = vertical(&body.geometry)?;

@@ -17,6 +17,31 @@ pub fn build(
     media: &mut Media,
 ) -> Result<(AnyUniverse, f64, Vec<LayerReport>, Vec<String>), String> {
     let sheet = &realised.sheet;
+    let (model, reports) = model(realised, scene, media)?;
+    let from_pores = sheet.edges == Edges::Cut && sheet.start == StartIn::Pore;
+    let entry = Entry { spread: realised.spread, from_pores };
+    let drum = model.ensemble(scene.run.seed, entry).map_err(|e| e.to_string())?;
+    let notes = vec![
+        format!(
+            "realisations of the Boolean (Poisson) ensemble, one for every {} histories: their mean is what \
+             memory=\"full\" gives",
+            scene.run.shared
+        ),
+        drum.describe_search(),
+    ];
+    Ok((AnyUniverse::Realised(drum), model.sheet[1], reports, notes))
+}
+
+/// The Boolean sheet, and its report.
+///
+/// # Errors
+/// As [`build`].
+pub fn model(
+    realised: &Realised,
+    scene: &Scene,
+    media: &mut Media,
+) -> Result<(Boolean, Vec<LayerReport>), String> {
+    let sheet = &realised.sheet;
     let (mut layers, reports) = populations(sheet, scene, media)?;
     let layer = match layers.pop() {
         Some(layer) if layers.is_empty() && !layer.kinds.is_empty() => layer,
@@ -40,16 +65,5 @@ pub fn build(
         overlap: sheet.overlap,
         contained: sheet.edges == Edges::Contained,
     };
-    let from_pores = sheet.edges == Edges::Cut && sheet.start == StartIn::Pore;
-    let entry = Entry { spread: realised.spread, from_pores };
-    let drum = model.ensemble(scene.run.seed, entry).map_err(|e| e.to_string())?;
-    let notes = vec![
-        format!(
-            "realisations of the Boolean (Poisson) ensemble, one for every {} histories: their mean is what \
-             memory=\"full\" gives",
-            scene.run.shared
-        ),
-        drum.describe_search(),
-    ];
-    Ok((AnyUniverse::Realised(drum), layer.slab.top, reports, notes))
+    Ok((model, reports))
 }

@@ -4,13 +4,20 @@ use super::model::{Body, Geometry, Synthetic};
 use crate::math::{DVec3, Frame};
 use crate::universe::BodyId;
 use crate::universe::shape::{Cuboid, Ellipsoid, EllipticCylinder, HalfSpace, Placed, Shape, SlabZ};
-use crate::universe::synthetic::{Error, Part, SyntheticUniverse};
+use crate::universe::synthetic::{Error, Part, Search, Setting, SyntheticUniverse};
 
 /// The universe of an explicit scene; body numbers follow the list of bodies. A hollow fibre is two
 /// parts of one body and one priority, the lumen second so that it wins inside.
 pub fn universe(scene: &Synthetic) -> Result<SyntheticUniverse, Error> {
     let parts = scene.bodies.iter().enumerate().flat_map(|(i, body)| parts(body, BodyId(i as u32))).collect();
-    SyntheticUniverse::new(scene.ambient, parts)
+    let Some(cell) = scene.cell else { return SyntheticUniverse::new(scene.ambient, parts) };
+    let setting = Setting {
+        overlap: cell.overlap,
+        sheet: Some(cell.planes),
+        period: Some(cell.period),
+        search: Search::Automatic,
+    };
+    SyntheticUniverse::with(scene.ambient, parts, setting)
 }
 
 fn parts(body: &Body, id: BodyId) -> Vec<Part> {

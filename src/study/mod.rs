@@ -2,6 +2,7 @@
 
 pub mod accuracy;
 pub mod aims;
+pub mod characterise;
 pub mod compare;
 pub mod effects;
 pub mod sap;

@@ -5,6 +5,7 @@ use super::statistical::StatisticalUniverse;
 use super::statistical::lazy::LazyUniverse;
 use super::synthetic::SyntheticUniverse;
 use super::synthetic::drum::Drum;
+use super::synthetic::repeated::Repeated;
 use super::voxel::VoxelUniverse;
 
 /// Any universe; matched once per run, never per event.
@@ -18,6 +19,8 @@ pub enum AnyUniverse {
     Mixture(MixtureUniverse),
     /// Explicit bodies.
     Synthetic(SyntheticUniverse),
+    /// Explicit bodies that repeat themselves sideways.
+    Repeated(Repeated),
     /// Explicit bodies drawn from statistics, a realisation after the other.
     Realised(Drum),
     /// A labelled volume.

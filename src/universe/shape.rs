@@ -14,10 +14,12 @@ mod cylinder;
 mod ellipsoid;
 pub mod integral;
 mod plane;
+mod slanted;
 
 pub use cylinder::EllipticCylinder;
 pub use ellipsoid::Ellipsoid;
 pub use plane::{Cuboid, HalfSpace, SlabZ};
+pub use slanted::SlantedCylinder;
 
 use crate::math::frame::renormalise;
 use crate::math::{DVec3, Frame};
@@ -147,6 +149,8 @@ pub trait Convex {
 pub enum Shape {
     /// Cylinder of elliptic section along z.
     Cylinder(EllipticCylinder),
+    /// Piece of a bent fibre along z, rising in y.
+    Slanted(SlantedCylinder),
     /// Ellipsoid along the axes.
     Ellipsoid(Ellipsoid),
     /// Box along the axes.
@@ -161,6 +165,7 @@ macro_rules! each {
     ($shape:expr, $s:ident => $call:expr) => {
         match $shape {
             Shape::Cylinder($s) => $call,
+            Shape::Slanted($s) => $call,
             Shape::Ellipsoid($s) => $call,
             Shape::Cuboid($s) => $call,
             Shape::HalfSpace($s) => $call,
@@ -200,6 +205,7 @@ impl Shape {
     pub fn extents(&self) -> [f64; 3] {
         match self {
             Shape::Cylinder(s) => [s.a, s.b, s.half_length.unwrap_or(1.0)],
+            Shape::Slanted(s) => [s.a, s.b, s.to - s.from],
             Shape::Ellipsoid(s) => [s.a, s.b, s.c],
             Shape::Cuboid(s) => (s.max - s.min).to_array(),
             Shape::HalfSpace(_) => [1.0; 3],

@@ -121,3 +121,11 @@ fn a_damaged_checkpoint_is_refused() {
     std::fs::write(dir.path().join("r/checkpoint"), &good[..good.len() / 2]).unwrap();
     refused(&lightpro(dir.path()).args(["resume", "r"]).output().unwrap(), "bytes where");
 }
+
+/// Sums with counters near the end of their range, behind a checksum that is right (found by fuzzing: an
+/// addition overflowed).
+#[test]
+fn impossible_counters_are_refused() {
+    let told = lightpro::run::checkpoint::decode(include_bytes!("counter-overflow.bin")).unwrap_err();
+    assert_eq!(told, "damaged: a counter is impossible");
+}

@@ -12,6 +12,7 @@ pub mod hemisphere;
 pub mod ledger;
 pub mod lines;
 pub mod polar;
+pub mod section;
 
 pub use bars::{Bar, BarPlot};
 pub use hemisphere::{HemisphereMap, Patch};

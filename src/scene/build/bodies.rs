@@ -4,12 +4,12 @@ use super::{Node, Reading};
 use crate::math::{DVec3, Frame};
 use crate::scene::diagnostic::Diagnostic;
 use crate::scene::model::*;
-use crate::universe::MediumId;
+use crate::universe::{MediumId, Overlap};
 
 impl Reading<'_> {
     pub fn synthetic(&mut self, e: Node<'_>, materials: &[Material]) -> Universe {
         let ambient = self.outside(e);
-        let mut bodies = Vec::new();
+        let (mut bodies, mut cell) = (Vec::new(), None);
         for c in e.all_children() {
             if c.own.name == "mixture" {
                 let d = Diagnostic::error(c.own.place, "a <mixture> is known by its statistics only");
@@ -17,6 +17,8 @@ impl Reading<'_> {
             } else if c.own.name == "volume" {
                 let d = Diagnostic::error(c.own.place, "a <volume> is known voxel by voxel");
                 self.out.push(d.help("use kind=\"voxel\""));
+            } else if c.own.name == "cell" {
+                cell = self.cell(e, c);
             } else if c.own.name == "realise" {
                 let d = Diagnostic::error(c.own.place, "nothing to realise");
                 self.out.push(d.help("a <sheet> whose layers hold <fibres> or <particles>"));
@@ -34,7 +36,27 @@ impl Reading<'_> {
             self.out
                 .push(d.help("add a primitive (sphere, ellipsoid, cylinder, box, plane, slab) or a <sheet>"));
         }
-        Universe::Synthetic(Synthetic { ambient, bodies })
+        Universe::Synthetic(Synthetic { cell, ambient, bodies })
+    }
+
+    fn cell(&mut self, universe: Node<'_>, e: Node<'_>) -> Option<Cell> {
+        let (period, bottom, top) = (e.list("period")?, e.number("bottom")?, e.number("top")?);
+        if bottom >= top {
+            self.error(e.place("top"), "`top` must be above `bottom`");
+        }
+        let overlap = match universe.text("overlap") {
+            Some("priority") => Overlap::Priority,
+            Some("forbid") => Overlap::Forbid,
+            _ => Overlap::Union,
+        };
+        match period[..] {
+            [p] => Some(Cell { period: [p; 2], planes: [bottom, top], overlap }),
+            [x, y] => Some(Cell { period: [x, y], planes: [bottom, top], overlap }),
+            _ => {
+                self.error(e.place("period"), "expected one or two edges");
+                None
+            }
+        }
     }
 
     fn body(&mut self, e: Node<'_>, geometry: Geometry, number: usize) -> Body {

@@ -13,7 +13,7 @@ impl Reading<'_> {
         materials: &[Material],
         surfaces: &[Surface],
     ) -> Universe {
-        let nothing = Universe::Synthetic(Synthetic { ambient: MediumId(0), bodies: Vec::new() });
+        let nothing = Universe::Synthetic(Synthetic { cell: None, ambient: MediumId(0), bodies: Vec::new() });
         let Some(e) = e else { return nothing };
         match e.text("kind") {
             Some("synthetic") => {

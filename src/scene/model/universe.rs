@@ -274,9 +274,22 @@ pub enum Amount {
     VolumeFraction(f64),
 }
 
+/// Explicit bodies that repeat themselves sideways.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cell {
+    /// Periods along x and y, µm.
+    pub period: [f64; 2],
+    /// Lower and upper plane, µm.
+    pub planes: [f64; 2],
+    /// Who owns what several bodies cover.
+    pub overlap: Overlap,
+}
+
 /// An explicit scene.
 #[derive(Clone, Debug)]
 pub struct Synthetic {
+    /// The cell that they fill; `None`: they stand alone.
+    pub cell: Option<Cell>,
     /// Medium around everything.
     pub ambient: MediumId,
     /// Bodies in the order of the file; later ones win at equal priority.

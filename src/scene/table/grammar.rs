@@ -121,7 +121,7 @@ const UNIVERSE: &[A] = &[
     w("kind", Choice(&["statistical", "synthetic", "voxel"]), Required, "Components known by statistics, explicit, or a labelled volume."),
     a("memory", NumberOr(Q::Count, &["homogeneous", "markov", "none", "full"]), Range::closed(1.0, 1e9), Default("none"), "Statistical: rung of the memory ladder, from nothing remembered to everything; a number: the last so many flights and the bodies met on them (of a <mixture>: layers)."),
     w("rate", Choice(&["matched", "boolean"]), Optional, "Statistical, memory `none`: rate that keeps mass or surface; without it `matched` for bodies that light enters, `boolean` for opaque ones."),
-    w("overlap", Choice(&["union", "priority", "forbid"]), Default("union"), "Statistical: where bodies overlap a point is solid if any wall covers it, or one body rules, or bodies do not overlap (an approximation of hard packing)."),
+    w("overlap", Choice(&["union", "priority", "forbid"]), Default("union"), "Statistical, realised and cells: where bodies overlap a point is solid if any wall covers it, or one body rules, or bodies do not overlap (an approximation of hard packing)."),
     w("edges", Choice(&["cut", "contained"]), Default("contained"), "Statistical: an unbounded medium cut by the faces, or bodies wholly between them."),
     w("start", Choice(&["anywhere", "pore"]), Default("anywhere"), "Statistical, edges `cut`: light enters inside bodies too, or through pores only."),
     w("outside", Reference("material"), Optional, "Medium around everything; without it the material with id `air`."),
@@ -131,6 +131,12 @@ const UNIVERSE: &[A] = &[
 const REALISE: &[A] = &[
     w("model", Choice(&["boolean"]), Default("boolean"), "The exact ensemble of the rung memory `full`: bodies stand independently and overlap."),
     a("spread", Number(Q::Length), NOT_NEG, Optional, "Histories meet their realisation at random within this distance along x and y; without it forty mean thicknesses of the bodies."),
+];
+
+const CELL: &[A] = &[
+    a("period", List(Q::Length, None), POS, Required, "Edge of the cell, or its edges along x and y: all bodies repeat so, and light finds the cell displaced sideways by chance."),
+    a("bottom", Number(Q::Length), ANY, Default("0 um"), "Lower plane: there is no surface there, light leaves."),
+    a("top", Number(Q::Length), ANY, Required, "Upper plane, where light comes in."),
 ];
 
 const SHEET: &[A] = &[
@@ -411,7 +417,7 @@ pub static RULES: &[Rule] = &[
         doc: "Where components are. Statistical: one <sheet> or one <mixture>. Synthetic: primitives and homogeneous layers, or a <sheet> of bodies known by their statistics, realised one by one (the same <sheet>: one attribute changes the universe). Voxel: one <volume>.",
         attributes: &[UNIVERSE],
         children: &[
-            maybe("sheet"), maybe("realise"), maybe("mixture"), maybe("volume"), many("sphere"), many("ellipsoid"), many("cylinder"), many("box"), many("plane"), many("slab"),
+            maybe("sheet"), maybe("realise"), maybe("cell"), maybe("mixture"), maybe("volume"), many("sphere"), many("ellipsoid"), many("cylinder"), many("box"), many("plane"), many("slab"),
         ],
     },
     Rule { key: "sheet", doc: "Layers from top (where light comes from) to bottom, from z = thickness down to z = 0.", attributes: &[SHEET], children: &[some("layer")] },
@@ -427,6 +433,7 @@ pub static RULES: &[Rule] = &[
         attributes: &[MIXTURE],
         children: &[some("phase")],
     },
+    Rule { key: "cell", doc: "The bodies of a synthetic universe stand in a cell of a sheet that repeats itself sideways without end; `overlap` rules where they meet.", attributes: &[CELL], children: &[] },
     Rule {
         key: "volume",
         doc: "A labelled volume between z = 0 and its height, as a microtomogram is one.",

@@ -18,7 +18,7 @@ pub struct EllipticCylinder {
 }
 
 /// A line against the unbounded side.
-enum Side {
+pub(super) enum Side {
     /// Parallel to the axis; whether inside.
     Parallel(bool),
     /// Both roots.
@@ -31,7 +31,7 @@ impl EllipticCylinder {
     /// 2-D, in the plane of the section scaled to the unit circle. The distance of the line from
     /// the axis is |q × e|/|e|, free of the cancellation in q·q − (q·e)²/e².
     #[inline]
-    fn side(&self, o: DVec3, d: DVec3) -> Side {
+    pub(super) fn side(&self, o: DVec3, d: DVec3) -> Side {
         let (qx, qy, ex, ey) = (o.x / self.a, o.y / self.b, d.x / self.a, d.y / self.b);
         let dd = ex * ex + ey * ey;
         // Squares below this lose their bits to underflow: a slope of 1e-145 is parallel.

@@ -16,10 +16,10 @@
 
 use super::flight::{self, Ahead, Asker, Space};
 use super::grid::{Item, Lattice, Lists, Walk};
-use super::next_in;
 use super::place::{Group, Place};
 use super::realise::{Boolean, RealiseError, is_endless, is_level, parts_of};
 use super::region::{Extent, Hull, Key, MOST, Region, Rule, pair_hollows};
+use super::{Part, next_in};
 use crate::math::DVec3;
 use crate::rng::{Purpose, Stream};
 use crate::universe::statistical::kind::Kind;
@@ -180,6 +180,36 @@ impl Drum {
     /// The sheet's lower and upper plane, µm.
     pub fn planes(&self) -> [f64; 2] {
         self.model.sheet
+    }
+
+    /// Radius of the disc in which about `count` bodies come together, µm; at least that of the first
+    /// annulus.
+    pub fn radius_of(&self, count: f64) -> f64 {
+        let per = |r: f64| -> f64 {
+            let each = (0..self.model.kinds.len()).map(|i| {
+                let height = self.model.sheet[1] - self.model.sheet[0];
+                let area = match is_endless(&self.model.kinds[i]) {
+                    true => 2.0 * r,
+                    false => crate::math::PI * r * r,
+                };
+                self.model.number(i) * area * height
+            });
+            each.sum()
+        };
+        let mut radius = self.first;
+        while per(radius) < count && radius < 1e4 * self.first {
+            radius *= 1.2;
+        }
+        radius
+    }
+
+    /// Bodies of a realisation that come within `radius` (µm) of the z axis, and more; each with its
+    /// hollow.
+    pub fn bodies(&self, seed: u64, realisation: u64, radius: f64) -> Vec<(Part, Option<Part>)> {
+        let mut grown = Grown { of: Some([seed, realisation, self.print]), ..Grown::default() };
+        self.grow(&mut grown, radius);
+        let outer = grown.regions.iter().filter(|r| !r.is_hole());
+        outer.map(|r| (r.part, r.hollow().map(|h| grown.regions[h as usize].part))).collect()
     }
 
     /// Has `memory` hold the realisation number `realisation`.

@@ -289,6 +289,7 @@ pub(super) fn interface<S: Space>(space: &S, ray: &Ray, met: &Met) -> Interface 
     let normal = against(ray.dir, if enters { outward } else { -outward });
     let axis = match part.shape.shape {
         Shape::Cylinder(_) => part.shape.frame.z,
+        Shape::Slanted(s) => part.shape.frame.z + part.shape.frame.y * s.slope,
         _ => DVec3::ZERO,
     };
     Interface {

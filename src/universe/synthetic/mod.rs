@@ -25,6 +25,7 @@ mod index;
 mod place;
 pub mod realise;
 mod region;
+pub mod repeated;
 
 pub use index::Search;
 pub use place::{CAPACITY, Place};
@@ -175,6 +176,33 @@ impl SyntheticUniverse {
         self.rule.owner(&keys, |k| &self.regions[k.region()]).medium
     }
 
+    /// Periods along x and y, µm; 0 without.
+    pub fn period(&self) -> [f64; 2] {
+        self.period
+    }
+
+    /// The bodies, each with its hollow, in ascending rank.
+    pub fn bodies(&self) -> impl Iterator<Item = (Part, Option<Part>)> + '_ {
+        let outer = self.regions.iter().filter(|r| !r.is_hole());
+        outer.map(|r| (r.part, r.hollow().map(|h| self.regions[h as usize].part)))
+    }
+
+    /// Numbers (in the order of [`Self::bodies`] with hollows counted) of the bodies whose solid or hollow
+    /// covers a point.
+    pub fn bodies_at(&self, point: DVec3) -> Vec<usize> {
+        let ray = Ray { origin: point, dir: DVec3::Z };
+        let mut found = Vec::new();
+        self.index.around(point, |key| {
+            let seen = region::seen_from(&ray, key, self.period);
+            if self.regions[key.region()].part.shape.contains(seen.origin) {
+                found.push(key.region());
+            }
+        });
+        found.sort_unstable();
+        found.dedup();
+        found
+    }
+
     /// Medium that a ray is in where [`Universe::enter`], `moved`, `crossed` or `reflected` left it.
     pub fn medium(&self, place: &Place) -> MediumId {
         self.rule.owner(place.inside.items(), |k| &self.regions[k.region()]).medium
@@ -197,6 +225,7 @@ fn check(i: usize, placed: &Placed) -> Result<(), Error> {
         && match placed.shape {
             Shape::Cuboid(b) => b.min.is_finite() && b.max.is_finite(),
             Shape::SlabZ(s) => s.z_min.is_finite() && s.z_max.is_finite(),
+            Shape::Slanted(s) => [s.from, s.to, s.height, s.slope].iter().all(|x| x.is_finite()),
             _ => true,
         };
     if !finite || !placed.shape.extents().iter().all(|e| e.is_finite() && *e >= 0.0) {

@@ -2,7 +2,7 @@
 
 use super::Part;
 use crate::math::{DVec3, Frame};
-use crate::universe::shape::{Placed, Shape, ShapeFace};
+use crate::universe::shape::{Placed, Shape, ShapeFace, SlantedCylinder};
 use crate::universe::{MediumId, Overlap, Ray, SurfaceId};
 
 /// Most regions that the number of a key can tell.
@@ -97,6 +97,10 @@ fn within(a: &Placed, b: &Placed) -> Option<bool> {
                 _ => false,
             };
             (i.a <= o.a && i.b <= o.b && shorter).then_some(i.a == o.a || i.b == o.b)
+        }
+        (Shape::Slanted(o), Shape::Slanted(i)) => {
+            let course = |s: SlantedCylinder| [s.from, s.to, s.height, s.slope];
+            (i.a <= o.a && i.b <= o.b && course(o) == course(i)).then_some(i.a == o.a || i.b == o.b)
         }
         (Shape::Ellipsoid(o), Shape::Ellipsoid(i)) => {
             (i.a <= o.a && i.b <= o.b && i.c <= o.c).then_some(i.a == o.a || i.b == o.b || i.c == o.c)
@@ -222,6 +226,13 @@ impl Extent {
         let f = p.frame;
         let (centre, halves) = match p.shape {
             Shape::Cylinder(c) => (p.centre, [c.a, c.b, c.half_length.unwrap_or(f64::INFINITY)]),
+            // The box around it along the axes of its frame.
+            Shape::Slanted(s) => {
+                let middle = 0.5 * (s.from + s.to);
+                let half = 0.5 * (s.to - s.from);
+                let centre = p.centre + f.to_world(DVec3::new(0.0, s.centre(middle), middle));
+                (centre, [s.a, s.b + s.slope.abs() * half, half])
+            }
             Shape::Ellipsoid(e) => (p.centre, [e.a, e.b, e.c]),
             Shape::Cuboid(b) => {
                 (p.centre + f.to_world((b.min + b.max) * 0.5), ((b.max - b.min) * 0.5).to_array())
@@ -232,7 +243,7 @@ impl Extent {
         let square = x * x + y * y;
         let round = DVec3::new(square.x.sqrt(), square.y.sqrt(), square.z.sqrt());
         let (across, radius) = match p.shape {
-            Shape::Cuboid(_) => (x.abs() + y.abs(), diagonal(halves[0], halves[1])),
+            Shape::Cuboid(_) | Shape::Slanted(_) => (x.abs() + y.abs(), diagonal(halves[0], halves[1])),
             _ => (round, halves[0].max(halves[1])),
         };
         Some(Extent { centre, axes: f, halves, across, radius })
@@ -284,6 +295,7 @@ impl Extent {
     pub fn thickness(p: &Placed) -> f64 {
         match p.shape {
             Shape::Cylinder(c) => 2.0 * (c.a * c.b).sqrt(),
+            Shape::Slanted(s) => 2.0 * (s.a * s.b).sqrt(),
             Shape::Ellipsoid(e) => 2.0 * crate::math::cbrt(e.a * e.b * e.c),
             Shape::Cuboid(b) => crate::math::cbrt((b.max - b.min).element_product()),
             Shape::HalfSpace(_) | Shape::SlabZ(_) => f64::INFINITY,
