@@ -88,6 +88,7 @@ fn universes_that_cannot_be_are_named() {
     scene.universe = lightpro::scene::Universe::Synthetic(lightpro::scene::Synthetic {
         ambient: lightpro::universe::MediumId(0),
         bodies: Vec::new(),
+        cell: None,
     });
     let none = compare(&scene, &[Entry::Rung(Memory::None)], &[], &Options::default(), |_| ());
     assert!(none.unwrap_err().contains("known by its statistics"));
