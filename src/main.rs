@@ -100,6 +100,35 @@ enum Command {
     Check {
         #[command(flatten)]
         scene: SceneOptions,
+        /// Measure what stands there too: amounts, overlaps with coordinates, lost rays
+        #[arg(long)]
+        structure: bool,
+        /// Folder for sections in three planes (SVG) and the bodies (VTP, for ParaView)
+        #[arg(short, long, requires = "structure")]
+        out: Option<PathBuf>,
+    },
+    /// Write a statistical sheet body by body: as a scene, for ParaView (.vtp), and as voxels
+    Realise {
+        #[command(flatten)]
+        scene: SceneOptions,
+        /// Beginning of the files' names [default: the scene's, and -realised]
+        #[arg(short, long)]
+        out: Option<PathBuf>,
+        /// Number of the realisation
+        #[arg(long, default_value_t = 0)]
+        realisation: u64,
+        /// Edge of the periodic cell, as in 2mm [default: 2.2 lengths of the longest body, 20 thicknesses]
+        #[arg(long, value_name = "LENGTH", value_parser = length)]
+        cell: Option<f64>,
+        /// Edge of a voxel, as in 0.5um: write a labelled volume and its scene too
+        #[arg(long, value_name = "LENGTH", value_parser = length)]
+        voxel: Option<f64>,
+        /// The volume as MetaImage (.mhd and .raw) instead of NRRD
+        #[arg(long, requires = "voxel")]
+        mhd: bool,
+        /// Overwrite files that are there
+        #[arg(long)]
+        force: bool,
     },
     /// List the refractive indices that come with the program
     Materials {
@@ -363,6 +392,12 @@ fn histories(text: &str) -> Result<u64, String> {
     lightpro::units::count(text).map_err(|e| e.to_string())
 }
 
+/// A length in µm.
+fn length(text: &str) -> Result<f64, String> {
+    let length = lightpro::units::Quantity::Length.parse(text).map_err(|e| e.to_string())?;
+    if length > 0.0 { Ok(length) } else { Err("a length above 0".to_owned()) }
+}
+
 fn range(text: &str) -> Result<Range<u64>, String> {
     let (a, b) = text.split_once("..").ok_or("expected A..B, e.g. 0..40960")?;
     Ok(histories(a)?..histories(b)?)
@@ -385,7 +420,6 @@ fn main() -> ExitCode {
             command::replay(&scene.into_args(), &ReplayArgs { history, wavelength, seed, out })
         }
         Command::Plan { scene } => command::plan(&scene.into_args()).and_then(|t| say(&t)),
-        Command::Check { scene } => command::check(&scene.into_args()).and_then(|t| say(&t)),
         Command::Compare {
             scene,
             universes,
@@ -403,6 +437,17 @@ fn main() -> ExitCode {
             let options = Options { margin, error, histories, shared, time, reference };
             let args = RunArgs { out, force, ..how.into_args() };
             command::compare(&scene.into_args(), &args, &CompareArgs { universes, with, options })
+        }
+        Command::Check { scene, structure, out } => {
+            let args = scene.into_args();
+            command::check(&args).and_then(|t| say(&t)).and_then(|()| match structure {
+                true => command::structure(&args, out.as_deref()).and_then(|t| say(&t)),
+                false => Ok(()),
+            })
+        }
+        Command::Realise { scene, out, realisation, cell, voxel, mhd, force } => {
+            let how = command::RealiseArgs { out, realisation, cell, voxel, mhd, force };
+            command::realise(&scene.into_args(), &how).and_then(|t| say(&t))
         }
         Command::Characterise { scene, lines, out, force } => {
             command::characterise(&scene.into_args(), lines, out.as_deref(), force).and_then(|t| say(&t))

@@ -4,6 +4,7 @@ mod aims;
 mod compare;
 mod finish;
 mod folder;
+mod realise;
 mod replay;
 mod run;
 mod stop;
@@ -12,6 +13,7 @@ pub mod sweep;
 
 pub use compare::{CompareArgs, compare};
 pub use finish::{Finished, finish};
+pub use realise::{RealiseArgs, realise, structure};
 pub use replay::{ReplayArgs, replay};
 pub use run::{merge, resume, run};
 pub use study::{study_accuracy, study_sap};

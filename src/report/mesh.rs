@@ -6,9 +6,9 @@ use crate::universe::synthetic::Part;
 use std::fmt::Write;
 
 /// Corners around a section.
-const AROUND: usize = 24;
+const AROUND: usize = 16;
 /// Rings of an ellipsoid from pole to pole.
-const RINGS: usize = 12;
+const RINGS: usize = 8;
 
 /// A mesh of polygons with numbers for each.
 #[derive(Debug, Default)]
@@ -85,7 +85,8 @@ impl Mesh {
 
     fn cuboid(&mut self, min: DVec3, max: DVec3, world: impl Fn(DVec3) -> DVec3, tags: [u32; 3]) {
         let square = |z: f64| {
-            [(min.x, min.y), (max.x, min.y), (max.x, max.y), (min.x, max.y)].map(|(x, y)| world(DVec3::new(x, y, z)))
+            [(min.x, min.y), (max.x, min.y), (max.x, max.y), (min.x, max.y)]
+                .map(|(x, y)| world(DVec3::new(x, y, z)))
         };
         self.tube(square(min.z).to_vec(), square(max.z).to_vec(), tags);
     }
@@ -102,7 +103,8 @@ impl Mesh {
             self.points.len(),
             self.faces.len()
         );
-        let points = self.points.iter().map(|p| format!("{:.4} {:.4} {:.4}\n", p.x, p.y, p.z)).collect::<String>();
+        let points =
+            self.points.iter().map(|p| format!("{:.4} {:.4} {:.4}\n", p.x, p.y, p.z)).collect::<String>();
         out += "<Points>\n";
         array(&mut out, "Float32", "points_um\" NumberOfComponents=\"3", &points);
         let mut offset = 0;

@@ -7,6 +7,7 @@ pub mod schema;
 pub mod csv;
 pub mod text;
 pub mod manifest;
+pub mod mesh;
 pub mod plot;
 pub mod figures;
 pub mod files;

@@ -73,7 +73,7 @@ pub fn explicit(
 /// The `<universe>` of a labelled volume: label i stands for `labels[i]`.
 pub fn voxels(
     file: &str,
-    edge: f64,
+    [x, y, z]: [f64; 3],
     labels: &[MediumId],
     pore: MediumId,
     media: &Media,
@@ -81,7 +81,7 @@ pub fn voxels(
 ) -> String {
     let material = |m: MediumId| escaped(&material_of(m, media, scene));
     let mut out = format!(
-        "<universe kind=\"voxel\" outside=\"{}\">\n    <volume file=\"{}\" voxel=\"{edge} um\" top=\"last\" \
+        "<universe kind=\"voxel\" outside=\"{}\">\n    <volume file=\"{}\" voxel=\"{x} {y} {z} um\" top=\"last\" \
          lateral=\"periodic\">\n",
         material(pore),
         escaped(file)

@@ -6,5 +6,6 @@ pub mod characterise;
 pub mod compare;
 pub mod effects;
 pub mod sap;
+pub mod structure;
 pub mod target;
 pub mod timed;

@@ -1,16 +1,18 @@
-//! Picture of what stands in a vertical plane, from a function of the point.
+//! Picture of what stands in a plane, from a function of the point.
 
 use super::colours::{INK, Rgb, series};
 use crate::math::DVec3;
 use std::fmt::Write;
 
-/// A window in a vertical plane.
+/// A window in a plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Section {
     /// Lower left corner, µm.
     pub origin: DVec3,
-    /// Unit vector to the right; upwards is z.
+    /// Unit vector to the right.
     pub right: DVec3,
+    /// Unit vector upwards.
+    pub up: DVec3,
     /// Width and height, µm.
     pub size: [f64; 2],
     /// Edge of a picture element, µm.
@@ -22,16 +24,13 @@ pub type Class<'a> = (&'a str, Option<Rgb>);
 
 impl Section {
     /// The SVG document: `class` tells the number of the class (in `classes`) that holds a point. Rows of
-    /// equal elements are one rectangle; a bar of 100 µm (10 µm below 300 µm) tells the scale.
+    /// equal elements are one rectangle; a bar of 1, 10, 100 or 1000 µm tells the scale.
     pub fn svg(&self, title: &str, classes: &[Class<'_>], mut class: impl FnMut(DVec3) -> usize) -> String {
         let [nx, nz] = self.size.map(|s| (s / self.pixel).round().max(1.0) as usize);
         let mut paths = vec![String::new(); classes.len()];
         for row in 0..nz {
-            let z = self.origin.z + (row as f64 + 0.5) * self.pixel;
-            let at = |i: usize| {
-                let p = self.origin + self.right * ((i as f64 + 0.5) * self.pixel);
-                DVec3 { z, ..p }
-            };
+            let left = self.origin + self.up * ((row as f64 + 0.5) * self.pixel);
+            let at = |i: usize| left + self.right * ((i as f64 + 0.5) * self.pixel);
             let row_classes: Vec<usize> = (0..nx).map(|i| class(at(i))).collect();
             let mut first = 0;
             for run in row_classes.chunk_by(|a, b| a == b) {
@@ -44,7 +43,7 @@ impl Section {
         // Points per element.
         let scale = 900.0 / nx as f64;
         let (width, height) = (900.0, nz as f64 * scale);
-        let bar = if self.size[0] < 300.0 { 10.0 } else { 100.0 };
+        let bar = [1.0, 10.0, 100.0, 1000.0].into_iter().rfind(|b| 3.0 * b <= self.size[0]).unwrap_or(0.1);
         let bar_width = bar / self.pixel * scale;
         let mut svg = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0:.0}\" height=\"{1:.0}\" viewBox=\"0 0 {0:.0} {1:.0}\" \
@@ -65,7 +64,7 @@ impl Section {
         let _ = writeln!(
             svg,
             "</g>\n<path d=\"M10 {0:.1}h{bar_width:.2}\" stroke=\"{1}\" stroke-width=\"3\"/>\n\
-             <text x=\"{2:.1}\" y=\"{3:.1}\" fill=\"{1}\">{bar:.0} µm</text>",
+             <text x=\"{2:.1}\" y=\"{3:.1}\" fill=\"{1}\">{bar} µm</text>",
             foot,
             hex(INK),
             18.0 + bar_width,
@@ -107,7 +106,8 @@ mod tests {
     /// A disc of radius 5 in a window of 20 × 12: as many elements as its area, none elsewhere.
     #[test]
     fn a_disc_has_its_area() {
-        let section = Section { origin: DVec3::ZERO, right: DVec3::X, size: [20.0, 12.0], pixel: 0.1 };
+        let section =
+            Section { origin: DVec3::ZERO, right: DVec3::X, up: DVec3::Z, size: [20.0, 12.0], pixel: 0.1 };
         let centre = DVec3::new(10.0, 0.0, 6.0);
         let svg = section.svg("a < b", &[("air", None), ("wall", Some(colour(0)))], |p| {
             usize::from((p - centre).length() < 5.0)

@@ -177,6 +177,11 @@ impl Drum {
         )
     }
 
+    /// The Boolean sheet.
+    pub fn model(&self) -> &Boolean {
+        &self.model
+    }
+
     /// The sheet's lower and upper plane, µm.
     pub fn planes(&self) -> [f64; 2] {
         self.model.sheet
@@ -204,12 +209,13 @@ impl Drum {
     }
 
     /// Bodies of a realisation that come within `radius` (µm) of the z axis, and more; each with its
-    /// hollow.
+    /// hollow, in ascending rank.
     pub fn bodies(&self, seed: u64, realisation: u64, radius: f64) -> Vec<(Part, Option<Part>)> {
         let mut grown = Grown { of: Some([seed, realisation, self.print]), ..Grown::default() };
         self.grow(&mut grown, radius);
-        let outer = grown.regions.iter().filter(|r| !r.is_hole());
-        outer.map(|r| (r.part, r.hollow().map(|h| grown.regions[h as usize].part))).collect()
+        let mut outer: Vec<&Region> = grown.regions.iter().filter(|r| !r.is_hole()).collect();
+        outer.sort_by_key(|r| r.rank);
+        outer.into_iter().map(|r| (r.part, r.hollow().map(|h| grown.regions[h as usize].part))).collect()
     }
 
     /// Has `memory` hold the realisation number `realisation`.

@@ -176,6 +176,11 @@ impl SyntheticUniverse {
         self.rule.owner(&keys, |k| &self.regions[k.region()]).medium
     }
 
+    /// Medium around the bodies.
+    pub fn ambient(&self) -> MediumId {
+        self.rule.ambient
+    }
+
     /// Periods along x and y, µm; 0 without.
     pub fn period(&self) -> [f64; 2] {
         self.period
@@ -185,6 +190,16 @@ impl SyntheticUniverse {
     pub fn bodies(&self) -> impl Iterator<Item = (Part, Option<Part>)> + '_ {
         let outer = self.regions.iter().filter(|r| !r.is_hole());
         outer.map(|r| (r.part, r.hollow().map(|h| self.regions[h as usize].part)))
+    }
+
+    /// Thickness of the thinnest body, or of its wall where it is hollow, µm.
+    pub fn thinnest(&self) -> f64 {
+        let least = |p: &Part| p.shape.shape.extents().into_iter().fold(f64::INFINITY, f64::min);
+        let of = |(body, hollow): (Part, Option<Part>)| match hollow {
+            Some(hollow) => least(&body) - least(&hollow),
+            None => 2.0 * least(&body),
+        };
+        self.bodies().map(of).fold(f64::INFINITY, f64::min)
     }
 
     /// Numbers (in the order of [`Self::bodies`] with hollows counted) of the bodies whose solid or hollow
@@ -217,6 +232,12 @@ impl SyntheticUniverse {
     pub fn bytes(&self) -> usize {
         self.regions.capacity() * size_of::<Region>() + self.index.bytes()
     }
+}
+
+/// Lower and upper corner of the box about a placed shape, µm, infinite where it has no end; `None` for half
+/// spaces and slabs.
+pub fn corners(shape: &Placed) -> Option<(DVec3, DVec3)> {
+    region::Extent::of(shape).map(|e| e.corners())
 }
 
 /// Sizes, position and axes of part `i`.

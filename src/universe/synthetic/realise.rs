@@ -192,6 +192,14 @@ impl Boolean {
         Bounds { size, height, thickness }
     }
 
+    /// Length of the longest body, µm.
+    pub fn longest(&self) -> f64 {
+        (0..self.kinds.len())
+            .filter(|&i| self.density[i] > 0.0)
+            .map(|i| 2.0 * self.bounds(i).size)
+            .fold(0.0, f64::max)
+    }
+
     /// Largest half size of any body, and the mean thickness, µm.
     pub(super) fn widths(&self) -> (f64, f64) {
         let present: Vec<Bounds> =

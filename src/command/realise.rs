@@ -1,0 +1,281 @@
+//! `realise`, and what `check` tells of the structure of a scene.
+
+use super::{Failure, SceneArgs, heading, load};
+use crate::report::{mesh, write_atomic};
+use crate::scene::media::Media;
+use crate::scene::model::Cell;
+use crate::scene::{Scene, Universe, realise, written};
+use crate::study::characterise::bodies::BodyParts;
+use crate::study::characterise::lines;
+use crate::study::structure::Structure;
+use crate::universe::synthetic::SyntheticUniverse;
+use crate::universe::voxel::write::{self, Grid};
+use crate::universe::{MediumId, Overlap};
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+/// What `realise` was asked to write.
+#[derive(Clone, Debug, Default)]
+pub struct RealiseArgs {
+    /// Stem of the files; by default the scene's path without `.xml`, and `-realised`.
+    pub out: Option<PathBuf>,
+    /// Number of the realisation.
+    pub realisation: u64,
+    /// Edge of the periodic cell, µm.
+    pub cell: Option<f64>,
+    /// Edge of a voxel, µm: write a volume too.
+    pub voxel: Option<f64>,
+    /// The volume as MetaImage (.mhd and .raw) instead of NRRD.
+    pub mhd: bool,
+    /// Existing files may be overwritten.
+    pub force: bool,
+}
+
+/// One realisation of a sheet.
+struct Drawn {
+    universe: SyntheticUniverse,
+    cell: Cell,
+    media: Media,
+}
+
+fn told(path: &Path, e: &dyn fmt::Display) -> Failure {
+    Failure::Input(format!("error: {}: {e}", path.display()))
+}
+
+/// `realise`: a statistical sheet body by body, as a scene, a mesh and a volume.
+///
+/// # Errors
+/// Sheets that cannot be realised, files that cannot be written.
+pub fn realise(args: &SceneArgs, how: &RealiseArgs) -> Result<String, Failure> {
+    let (scene, _) = load(args)?;
+    let drawn = draw(&scene, how).map_err(|e| told(&scene.path, &e))?;
+    let stem = how.out.clone().unwrap_or_else(|| {
+        let name = scene.path.file_stem().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+        scene.path.with_file_name(format!("{name}-realised"))
+    });
+    let named = |end: &str| PathBuf::from(format!("{}{end}", stem.display()));
+    let files = Files {
+        scene: named(".xml"),
+        mesh: named(".vtp"),
+        volume: how.voxel.map(|_| named(if how.mhd { "-voxels.mhd" } else { "-voxels.nrrd" })),
+        voxel_scene: how.voxel.map(|_| named("-voxels.xml")),
+    };
+    files.free(how.force)?;
+    let bodies: Vec<BodyParts> = drawn.universe.bodies().collect();
+    let text = std::fs::read_to_string(&scene.path).map_err(|e| told(&scene.path, &e))?;
+    let universe = written::explicit(&bodies, drawn.cell, drawn.universe.ambient(), &drawn.media, &scene)
+        .map_err(|e| told(&scene.path, &e))?;
+    let replaced = written::replace_universe(&text, &scene.path, &universe).map_err(Failure::Input)?;
+    write_atomic(&files.scene, replaced.as_bytes()).map_err(|e| told(&files.scene, &e))?;
+    let (vtp, left_out) = mesh::vtp(&bodies);
+    write_atomic(&files.mesh, vtp.as_bytes()).map_err(|e| told(&files.mesh, &e))?;
+    let [x, y] = drawn.cell.period;
+    let mut said = format!(
+        "{}\nrealisation {}: {} bodies in a cell of {x:.1} x {y:.1} x {:.1} um\n{}\n{}\n",
+        heading(&scene),
+        how.realisation,
+        bodies.len(),
+        drawn.cell.planes[1] - drawn.cell.planes[0],
+        files.scene.display(),
+        files.mesh.display()
+    );
+    if left_out > 0 {
+        said += &format!("{left_out} bodies without end are not in the mesh\n");
+    }
+    if let (Some(edge), Some(volume), Some(voxel_scene)) = (how.voxel, &files.volume, &files.voxel_scene) {
+        said += &voxelise(&drawn, &scene, edge, volume, voxel_scene, &text, how.mhd)?;
+    }
+    if stem.parent() != scene.path.parent() && !scene.files.is_empty() {
+        said +=
+            "files that the scene names are meant from its own folder: write beside it, or move them too\n";
+    }
+    if !args.defines.is_empty() {
+        said += "values of -D are in the bodies, but not in the rest of the text: give them again\n";
+    }
+    Ok(said)
+}
+
+struct Files {
+    scene: PathBuf,
+    mesh: PathBuf,
+    volume: Option<PathBuf>,
+    voxel_scene: Option<PathBuf>,
+}
+
+impl Files {
+    fn free(&self, force: bool) -> Result<(), Failure> {
+        let all = [Some(&self.scene), Some(&self.mesh), self.volume.as_ref(), self.voxel_scene.as_ref()];
+        match all.into_iter().flatten().find(|p| !force && p.exists()) {
+            Some(taken) => Err(told(taken, &"is there already; --force overwrites it, -o names others")),
+            None => Ok(()),
+        }
+    }
+}
+
+fn draw(scene: &Scene, how: &RealiseArgs) -> Result<Drawn, String> {
+    let Universe::Statistical(sheet) = &scene.universe else {
+        return match &scene.universe {
+            Universe::Realised(realised) => draw_sheet(realised, scene, how),
+            Universe::Voxel(_) | Universe::Synthetic(_) => {
+                Err("is explicit already: realise takes a <sheet> of statistics".to_owned())
+            }
+            _ => Err("a <mixture> has no bodies to realise; a <sheet> has".to_owned()),
+        };
+    };
+    let realised = crate::scene::Realised { sheet: sheet.clone(), spread: None };
+    draw_sheet(&realised, scene, how)
+}
+
+fn draw_sheet(realised: &crate::scene::Realised, scene: &Scene, how: &RealiseArgs) -> Result<Drawn, String> {
+    let mut media = Media::of(scene.materials.iter().map(|m| m.id.clone()));
+    let (model, _) = realise::model(realised, scene, &mut media)?;
+    // Two lengths of the longest body; at least twenty thicknesses of the sheet.
+    let height = model.sheet[1] - model.sheet[0];
+    let side = how.cell.unwrap_or_else(|| (2.2 * model.longest()).max(20.0 * height));
+    let universe = model
+        .cell([side; 2], scene.run.seed, how.realisation)
+        .map_err(|e| format!("{e} (a periodic cell wants bodies with an end: ends=\"flat\" and a length)"))?;
+    let cell = Cell { period: [side; 2], planes: model.sheet, overlap: model.overlap };
+    Ok(Drawn { universe, cell, media })
+}
+
+/// Writes the volume and its scene; says what became of the shares of volume.
+fn voxelise(
+    drawn: &Drawn,
+    scene: &Scene,
+    edge: f64,
+    volume: &Path,
+    voxel_scene: &Path,
+    text: &str,
+    mhd: bool,
+) -> Result<String, Failure> {
+    let [bottom, top] = drawn.cell.planes;
+    let sizes = [drawn.cell.period[0], drawn.cell.period[1], top - bottom];
+    let cells = sizes.map(|s| (s / edge).round().max(1.0) as usize);
+    // Voxels fill the cell: their edges differ from what was asked for by less than half of one in all.
+    let edges = [0, 1, 2].map(|a| sizes[a] / cells[a] as f64);
+    let mut labels: Vec<MediumId> = vec![drawn.universe.ambient()];
+    for (body, hollow) in drawn.universe.bodies() {
+        for medium in [Some(body.medium), hollow.map(|h| h.medium)].into_iter().flatten() {
+            if !labels.contains(&medium) {
+                labels.push(medium);
+            }
+        }
+    }
+    let mut counts = vec![0_u64; labels.len()];
+    let slice = |z: usize, out: &mut [u8]| {
+        use rayon::prelude::*;
+        out.par_chunks_mut(cells[0]).enumerate().for_each(|(y, row)| {
+            for (x, label) in row.iter_mut().enumerate() {
+                let at = crate::math::DVec3::new(
+                    (x as f64 + 0.5) * edges[0],
+                    (y as f64 + 0.5) * edges[1],
+                    bottom + (z as f64 + 0.5) * edges[2],
+                );
+                let medium = drawn.universe.medium_at(at);
+                *label = labels.iter().position(|&m| m == medium).unwrap_or(0) as u8;
+            }
+        });
+        out.iter().for_each(|&l| counts[usize::from(l)] += 1);
+    };
+    let grid = Grid { cells, edge: edges };
+    let done = if mhd { write::mhd(volume, grid, slice) } else { write::nrrd(volume, grid, true, slice) };
+    done.map_err(|e| told(volume, &e))?;
+    let name = volume.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+    let universe = written::voxels(&name, edges, &labels, drawn.universe.ambient(), &drawn.media, scene);
+    let replaced = written::replace_universe(text, &scene.path, &universe).map_err(Failure::Input)?;
+    write_atomic(voxel_scene, replaced.as_bytes()).map_err(|e| told(voxel_scene, &e))?;
+    let total: u64 = counts.iter().sum();
+    let shares: Vec<String> = labels
+        .iter()
+        .zip(&counts)
+        .map(|(m, &n)| {
+            format!("{} {:.3} %", drawn.media.names[usize::from(m.0)], 100.0 * n as f64 / total as f64)
+        })
+        .collect();
+    let [x, y, z] = cells;
+    let finer = match edge > 0.34 * drawn.universe.thinnest() {
+        true => {
+            "fewer than three voxels lie across the thinnest wall: surfaces will be off (docs/voxels.md)\n"
+        }
+        false => "",
+    };
+    Ok(format!(
+        "{} ({x} x {y} x {z} voxels: {})\n{}\n{finer}",
+        volume.display(),
+        shares.join(", "),
+        voxel_scene.display()
+    ))
+}
+
+/// `check --structure`: amounts measured, overlaps, lost rays; sections and a mesh into `folder`.
+///
+/// # Errors
+/// Universes that stand nowhere, files that cannot be written.
+pub fn structure(args: &SceneArgs, folder: Option<&Path>) -> Result<String, Failure> {
+    let (scene, plan) = load(args)?;
+    let bad = |e: String| told(&scene.path, &e);
+    let mut text = measured(&scene).map_err(bad)?;
+    let overlap = scene.universe.sheet().map(|s| s.overlap);
+    let structure = Structure::of(&scene, plan).map_err(bad)?;
+    if !structure.bodies.is_empty() {
+        let found = structure.overlaps(200_000, scene.run.seed);
+        text += &found.describe();
+        if found.several > 0 {
+            text += match overlap {
+                Some(Overlap::Union) => "  overlap=\"union\": walls merge\n",
+                Some(Overlap::Forbid) => "  overlap=\"forbid\": these should not be\n",
+                _ => "  the body of higher priority, of two equal ones the later, owns what several cover\n",
+            };
+        }
+    }
+    if let Some(folder) = folder {
+        std::fs::create_dir_all(folder).map_err(|e| told(folder, &e))?;
+        let mut files: Vec<(String, String)> = structure
+            .sections(&scene.name, 400.0)
+            .into_iter()
+            .map(|(name, svg)| (format!("section-{name}.svg"), svg))
+            .collect();
+        if !structure.bodies.is_empty() {
+            files.push(("bodies.vtp".to_owned(), mesh::vtp(&structure.bodies).0));
+        }
+        for (name, content) in &files {
+            let path = folder.join(name);
+            write_atomic(&path, content.as_bytes()).map_err(|e| told(&path, &e))?;
+            text += &format!("{}\n", path.display());
+        }
+    }
+    Ok(format!("{}\n{text}", heading(&scene)))
+}
+
+/// Amounts by straight lines, and rays lost by a small run.
+fn measured(scene: &Scene) -> Result<String, String> {
+    let mut out = String::new();
+    if let Ok(found) = crate::study::characterise::characterise(scene, 100_000) {
+        out += &found.to_string();
+        if let Some(sheet) = scene.universe.sheet() {
+            let density = |name: &str| {
+                let all = sheet.layers.iter().flat_map(|l| &l.components);
+                all.filter(|c| name == c.name || name.starts_with(&c.name)).map(|c| c.density).next()
+            };
+            for (m, name) in found.media.iter().enumerate().skip(scene.materials.len()) {
+                if let Some(density) = density(name) {
+                    let grammage = |c: &lines::Counted| c.share(m) * found.thickness * density * 1e-3;
+                    let (g, se) = found.value(grammage);
+                    out += &format!("{name}: {g:.3}({se:.3}) g/m2 of solid found\n");
+                }
+            }
+        }
+    }
+    let mut probe = scene.clone();
+    probe.run.histories = 4096;
+    let plan = crate::scene::plan::Plan::new(&probe)?;
+    let outcome = crate::run::simulate(&probe, &plan, |_| true).map_err(|e| e.to_string())?;
+    let (lost, capped) = outcome.troubled();
+    out += &format!(
+        "probe: {} histories, {} events, {lost} lost, {capped} capped\n",
+        outcome.done(),
+        outcome.events()
+    );
+    Ok(out)
+}
