@@ -111,7 +111,8 @@ fn a_floor_is_never_passed() {
     let row = |target: &str| s.times.iter().find(|t| t.target == format!("reflectance:{target}")).unwrap();
     // The bias of .062 is 8.7 % of R.
     assert!(row("10%").cpu_seconds.is_some() && row("10%").note.contains("counted in"));
-    for target in ["3%", "1%", "0.1%"] {
+    assert!(row("3%").note.contains("memory 4 instead") || row("3%").note.contains("memory full instead"));
+    for target in ["0.3%", "0.1%"] {
         let t = row(target);
         assert!(t.cpu_seconds.is_none() && t.note.starts_with("never: floor is 0.06"), "{t:?}");
         assert!(t.note.contains("memory full instead"), "{t:?}");
@@ -160,9 +161,12 @@ fn patches_converge_with_second_order() {
     };
     let s = study(&scene, &options, |_| ()).unwrap();
     let rows: Vec<_> = s.settings.iter().filter(|r| r.figure.starts_with("reflectance")).collect();
-    let fine = rows.iter().find(|r| r.setting == "16").unwrap();
-    let order = fine.order.unwrap();
-    assert!((1.6..2.6).contains(&order), "{order}");
+    let known: Vec<_> = rows.iter().filter(|r| r.order.is_some()).collect();
+    assert!(!known.is_empty(), "{rows:?}");
+    for r in &known {
+        assert!((1.5..2.7).contains(&r.order.unwrap()), "{r:?}");
+    }
+    let fine = known.last().unwrap();
     let exact = rows.iter().find(|r| r.h == 0.0).unwrap();
     for r in &rows {
         println!(

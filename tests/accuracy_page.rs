@@ -60,7 +60,7 @@ fn ladder(share: f64) -> Comparison {
     let entries: Vec<Entry> =
         ["none", "1", "4", "full", "boolean"].iter().map(|w| Entry::parse(w).unwrap()).collect();
     let time = Duration::from_secs(3600);
-    let options = Options { time, histories: Some(300_000), ..Options::default() };
+    let options = Options { time, histories: Some(500_000), ..Options::default() };
     compare(&white(share), &entries, &[], &options, |_| ()).unwrap()
 }
 

@@ -170,10 +170,14 @@ pub fn study(scene: &Scene, options: &Options, mut told: impl FnMut(&str)) -> Re
 
 /// As many histories as fit into `seconds` of processor, in batches so small that there are [`BATCHES`].
 fn fit(scene: &mut Scene, seconds: f64) -> Result<(), String> {
-    let mut few = scene.clone();
-    let n = (64 * scene.run.shared).min(4096);
-    (few.run.histories, few.run.batch) = (n, n);
-    let each = timed(&few)?.cpu / n as f64;
+    let price = |n: u64| {
+        let mut few = scene.clone();
+        (few.run.histories, few.run.batch) = (n, n);
+        timed(&few).map(|t| t.cpu)
+    };
+    // Between a few and four times as many: what is made before the first history does not count.
+    let n = (64 * scene.run.shared).min(1024);
+    let each = (price(4 * n)? - price(n)?).max(1e-7) / (3 * n) as f64;
     let n = scene.run.histories.min((seconds / each) as u64).max(BATCHES * scene.run.shared.max(2));
     scene.run.batch = BATCH.min(1 << (n / BATCHES).ilog2());
     scene.run.histories = n / scene.run.batch * scene.run.batch;

@@ -195,16 +195,20 @@ fn reference(scenes: &[(String, Scene, Plan)], options: &Options) -> Result<usiz
     }
 }
 
-/// Processor seconds of a history (of all wavelength groups), by a few.
+/// Processor seconds of a history (of all wavelength groups): between a few and four times as many, so that
+/// what is made before the first history does not count.
 fn price_of_history(scene: &Scene, plan: &Plan) -> Result<f64, String> {
-    let few = scene.run.shared.max(64);
-    let mut pilot = scene.clone();
-    (pilot.run.histories, pilot.run.batch) = (few, few);
-    let cpu = processor_seconds();
-    let mut state = fresh(plan, 0);
-    let watch = Watch { stop: &|| false, round: &mut |_| true };
-    advance(&pilot, plan, &mut state, 0..few, watch).map_err(|e| e.to_string())?;
-    Ok((processor_seconds() - cpu).max(1e-6) / few as f64)
+    let price = |n: u64| {
+        let mut pilot = scene.clone();
+        (pilot.run.histories, pilot.run.batch) = (n, n);
+        let cpu = processor_seconds();
+        let mut state = fresh(plan, 0);
+        let watch = Watch { stop: &|| false, round: &mut |_| true };
+        advance(&pilot, plan, &mut state, 0..n, watch).map_err(|e| e.to_string())?;
+        Ok::<f64, String>(processor_seconds() - cpu)
+    };
+    let few = scene.run.shared.max(16);
+    Ok((price(4 * few)? - price(few)?).max(1e-6) / (3 * few) as f64)
 }
 
 /// As many histories as `time` allows, and batches so small that there are [`BATCHES`] of them: errors of
