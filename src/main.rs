@@ -154,7 +154,7 @@ enum Command {
         #[command(flatten)]
         scene: SceneOptions,
         /// homogeneous, markov, none, a number of flights, full (memory of the statistical universe), boolean
-        /// (explicit realisations), scene (as written) [default: all that the scene allows]
+        /// and deposited (explicit realisations), scene (as written) [default: all that the scene allows]
         #[arg(long, value_delimiter = ',', value_parser = Entry::parse)]
         universes: Vec<Entry>,
         /// Another scene to hold beside; several allowed

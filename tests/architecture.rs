@@ -12,6 +12,7 @@ const APART: &[(&str, &[&str], &str)] = &[
     ("lpm", &["universe", "statistical"], "light is the same in every universe"),
     ("lpm", &["universe", "synthetic"], "light is the same in every universe"),
     ("lpm", &["universe", "mixture"], "light is the same in every universe"),
+    ("lpm", &["universe", "deposit"], "light is the same in every universe"),
     ("lpm", &["universe", "voxel"], "light is the same in every universe"),
     ("lpm", &["universe", "any"], "light is the same in every universe"),
 ];

@@ -122,11 +122,17 @@ fn draw(scene: &Scene, how: &RealiseArgs) -> Result<Drawn, String> {
             _ => Err("a <mixture> has no bodies to realise; a <sheet> has".to_owned()),
         };
     };
-    let realised = crate::scene::Realised { sheet: sheet.clone(), spread: None };
+    let realised = crate::scene::Realised { sheet: sheet.clone(), spread: None, deposit: None };
     draw_sheet(&realised, scene, how)
 }
 
 fn draw_sheet(realised: &crate::scene::Realised, scene: &Scene, how: &RealiseArgs) -> Result<Drawn, String> {
+    if realised.deposit.is_some() {
+        return Err(
+            "is deposited: pieces of bent fibres have no element of their own; check --structure draws it"
+                .to_owned(),
+        );
+    }
     let mut media = Media::of(scene.materials.iter().map(|m| m.id.clone()));
     let (model, _) = realise::model(realised, scene, &mut media)?;
     // Two lengths of the longest body; at least twenty thicknesses of the sheet.

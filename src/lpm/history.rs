@@ -147,6 +147,7 @@ pub fn trace<U: Universe, S: Scorer<N>, const N: usize>(
     } else {
         world.universe.forget(&mut h.memory);
     }
+    world.universe.begin(&mut h.memory, h.number);
     let start = world.universe.enter(&ray, &mut h.memory, rng);
     let mut path =
         Path { ray, place: start.place, medium: start.medium, power: [1.0; N], sheet: 0, deepest: 0 };

@@ -115,9 +115,8 @@ fn spectral(scene: &Scene, plan: &Plan, outcome: &Outcome) -> Vec<Figure> {
         let cell = |c: Cell| group.moments(layout.of(c), lane);
         put(figure("reflectance", &cell(Cell::Reflected), batches, "1"));
         put(figure("transmittance", &cell(Cell::Transmitted), batches, "1"));
-        for (name, side, of) in [("reflectance", 0, Cell::Reflected), ("transmittance", 1, Cell::Transmitted)]
-        {
-            if let Some((sd, error)) = group.node.between(&cell(of), side, lane) {
+        for (name, side) in [("reflectance", 0), ("transmittance", 1)] {
+            if let Some((sd, error)) = group.between(side, lane) {
                 put(Figure::new(&format!("{name}_between_realisations"), sd, error, "1"));
             }
         }

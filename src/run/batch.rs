@@ -45,7 +45,7 @@ impl<U: Universe, const N: usize> Batches for Traced<'_, U, N> {
             }
             tally.end_history(&h.ledger, h.events, self.world.universe.kept(&h.memory));
         }
-        Sums { node: tally.finish((index % REPLICAS) as u8), troubled }
+        Sums { node: tally.finish((index % self.layout.realisations.unwrap_or(REPLICAS)) as u8), troubled }
     }
 }
 

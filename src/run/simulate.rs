@@ -42,7 +42,20 @@ pub struct GroupResult {
 impl GroupResult {
     /// Moments of a cell at the group's `lane`-th wavelength.
     pub fn moments(&self, cell: usize, lane: usize) -> Moments {
-        self.node.moments(cell, lane, self.layout.lanes)
+        let lanes = self.layout.lanes;
+        match self.layout.realisations {
+            Some(_) if self.node.replicas.len() > 1 => self.node.by_replica(cell, lane, lanes),
+            _ => self.node.moments(cell, lane, lanes),
+        }
+    }
+
+    /// Standard deviation between realisations of the reflectance (`side` 0) or transmittance (1), and its
+    /// error. `None` where histories share none.
+    pub fn between(&self, side: usize, lane: usize) -> Option<(f64, f64)> {
+        let cell = self.layout.of([Cell::Reflected, Cell::Transmitted][side]);
+        let own = self.node.sums[cell * self.layout.lanes + lane][1];
+        let squares = if self.layout.shared > 1 { self.node.single[lane][side] } else { own };
+        self.node.between(&self.moments(cell, lane), squares)
     }
 }
 
@@ -205,6 +218,7 @@ pub(super) fn groups<'a>(scene: &'a Scene, plan: &'a Plan) -> Result<Vec<Box<dyn
             AnyUniverse::Synthetic(u) => lanes(scene, plan, u, w, g),
             AnyUniverse::Repeated(u) => lanes(scene, plan, u, w, g),
             AnyUniverse::Realised(u) => lanes(scene, plan, u, w, g),
+            AnyUniverse::Deposited(u) => lanes(scene, plan, u, w, g),
             AnyUniverse::Voxel(u) => lanes(scene, plan, u, w, g),
         }
     };
@@ -349,6 +363,10 @@ pub(super) fn layout(scene: &Scene, plan: &Plan, wavelengths: &[f64]) -> Result<
     Ok(Layout {
         lanes,
         shared: scene.run.shared,
+        realisations: match &plan.universe {
+            AnyUniverse::Deposited(u) => Some(u.sheets().len() as u64),
+            _ => None,
+        },
         media: plan.media.names.len(),
         angular,
         depth: scene.detect.depth.map(|bins| Depth { bins, top: plan.top, bottom: plan.bottom }),

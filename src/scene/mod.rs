@@ -2,6 +2,7 @@
 
 pub mod adapters;
 mod build;
+pub mod deposit;
 pub mod diagnostic;
 pub mod document;
 pub mod effects;

@@ -1,5 +1,6 @@
 //! Statistical sheets realised body by body.
 
+use super::deposit;
 use super::media::Media;
 use super::model::{Edges, Realised, Scene, StartIn};
 use super::statistical::{LayerReport, clear_faces, populations};
@@ -17,6 +18,9 @@ pub fn build(
     media: &mut Media,
 ) -> Result<(AnyUniverse, f64, Vec<LayerReport>, Vec<String>), String> {
     let sheet = &realised.sheet;
+    if let Some(how) = &realised.deposit {
+        return deposit::build(how, sheet, scene, media);
+    }
     let (model, reports) = model(realised, scene, media)?;
     let from_pores = sheet.edges == Edges::Cut && sheet.start == StartIn::Pore;
     let entry = Entry { spread: realised.spread, from_pores };

@@ -24,7 +24,7 @@ pub struct LayerReport {
     pub porosity: f64,
     /// Mean free path in the pores for vertical light at mid-depth, µm (its inverse is the rate Σ).
     pub free_path_vertical: f64,
-    /// The rate counts bodies as overlapping (`boolean`) or as apart (`matched`).
+    /// The rate counts bodies as overlapping (`boolean`) or as apart (`matched`, and where bodies are).
     pub rate: Rate,
 }
 
@@ -213,7 +213,7 @@ fn matched_parts(layer: &Layer, shares: &[(f64, f64)], scene: &model::Scene) -> 
     Some(parts)
 }
 
-fn kind(c: &model::Component, index: usize, media: &mut Media) -> Kind {
+pub(super) fn kind(c: &model::Component, index: usize, media: &mut Media) -> Kind {
     let sizes = match &c.shape {
         Shape::Fibre { width, flatness, wall, length, finite } => Sizes::Fibre {
             width: width.clone(),

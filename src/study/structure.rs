@@ -54,6 +54,12 @@ impl Structure {
                     media,
                 }
             }
+            AnyUniverse::Deposited(u) => {
+                let (cell, u) = (u.cell(), u.sheets()[0].clone());
+                let bodies = whole(&u);
+                let window = [[0.5 * cell; 2], [cell; 2]];
+                Structure { what: What::Bodies(u), planes, window, bodies, media }
+            }
             AnyUniverse::Synthetic(u) => {
                 let bodies = whole(&u);
                 let window = around(&bodies)?;

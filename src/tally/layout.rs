@@ -56,6 +56,9 @@ pub struct Layout {
     pub lanes: usize,
     /// Histories that share one realisation: what they score together is one sample.
     pub shared: u64,
+    /// So many realisations are met in turn, batch by batch; `None`: one for each history, or for those that
+    /// share one.
+    pub realisations: Option<u64>,
     /// Number of media.
     pub media: usize,
     /// Directions of what leaves.

@@ -47,16 +47,26 @@ impl Node {
         Moments::from_sums(self.samples, self.sums[cell * lanes + lane])
     }
 
-    /// Standard deviation between realisations of the reflectance (`side` 0) or transmittance (1) that
-    /// `moments` describes, and its error: the variance of the means of m histories each, less the
-    /// m-th part of the variance of histories within a realisation. `None` where none share one.
-    pub fn between(&self, moments: &Moments, side: usize, lane: usize) -> Option<(f64, f64)> {
-        let (n, groups) = (self.histories as f64, self.samples as f64);
-        if self.histories == self.samples || self.samples < 2 {
+    /// The same where each replica is a realisation: one sample of each, R Σw_r/n, so that the mean is that of
+    /// all histories and the variance that between realisations with what is left of the histories'.
+    pub fn by_replica(&self, cell: usize, lane: usize, lanes: usize) -> Moments {
+        let mut moments = Moments::default();
+        let scale = self.replicas.len() as f64 / self.samples as f64;
+        self.replicas.values().for_each(|(_, sums)| moments.add(scale * sums[cell * lanes + lane]));
+        moments
+    }
+
+    /// Standard deviation between realisations of the figure that `moments` describes (a sample is a
+    /// realisation), and its error: the variance of the means of m histories each, less the m-th part of the
+    /// variance of histories within a realisation; `squares` is Σw² over single histories. `None` where none
+    /// share one.
+    pub fn between(&self, moments: &Moments, squares: f64) -> Option<(f64, f64)> {
+        let (n, groups) = (self.histories as f64, moments.n as f64);
+        if self.histories == moments.n || moments.n < 2 {
             return None;
         }
         let m = n / groups;
-        let within = (self.single[lane][side] - m * moments.sums[1]) / (n - groups);
+        let within = (squares - m * moments.sums[1]) / (n - groups);
         let between = moments.variance() - within / m;
         // Two mean squares: relative variance 2/(degrees of freedom) each.
         let error = (2.0 * moments.variance().powi(2) / (groups - 1.0)

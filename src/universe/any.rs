@@ -1,5 +1,6 @@
 //! The one place where a run asks which universe it is in.
 
+use super::deposit::Deposited;
 use super::mixture::MixtureUniverse;
 use super::statistical::StatisticalUniverse;
 use super::statistical::lazy::LazyUniverse;
@@ -23,6 +24,8 @@ pub enum AnyUniverse {
     Repeated(Repeated),
     /// Explicit bodies drawn from statistics, a realisation after the other.
     Realised(Drum),
+    /// Realisations of a deposited sheet.
+    Deposited(Deposited),
     /// A labelled volume.
     Voxel(VoxelUniverse),
 }

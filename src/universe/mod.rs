@@ -9,6 +9,7 @@
 //! * a branch is a copy of the place and sees only its own past.
 
 pub mod any;
+pub mod deposit;
 pub mod mixture;
 pub mod shape;
 pub mod sheet;
@@ -169,6 +170,9 @@ pub trait Universe: Sync {
     fn share(&self, memory: &mut Self::Memory) {
         self.forget(memory);
     }
+
+    /// The history `number` is about to enter: where there are several realisations, which one it meets.
+    fn begin(&self, _memory: &mut Self::Memory, _number: u64) {}
 
     /// What is remembered.
     fn kept(&self, _memory: &Self::Memory) -> Kept {

@@ -580,10 +580,10 @@ fn shared_realisations_tell_their_variance() {
     let (single, _) = run(1, 60_000);
     let (shared, node) = run(16, 960_000);
     assert_eq!((node.histories, node.samples, shared.n), (960_000, 60_000, 60_000));
-    let (sd, error) = node.between(&shared, 0, 0).unwrap();
+    let (sd, error) = node.between(&shared, node.single[0][0]).unwrap();
     // Half of the histories of each realisation: the same variance between, by another split.
     let (eight, other) = run(8, 480_000);
-    let (sd8, error8) = other.between(&eight, 0, 0).unwrap();
+    let (sd8, error8) = other.between(&eight, other.single[0][0]).unwrap();
     println!(
         "R {:.4} ± {:.4}; shared {:.4} ± {:.4}",
         single.mean(),

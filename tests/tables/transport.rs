@@ -183,6 +183,7 @@ pub fn layout(media: usize) -> Layout {
     Layout {
         lanes: 1,
         shared: 1,
+        realisations: None,
         media,
         angular: None,
         depth: None,

@@ -71,7 +71,8 @@ impl Section {
             foot + 4.0,
         );
         let mut x = 120.0 + bar_width;
-        for (name, colour) in classes.iter().filter_map(|(n, c)| c.map(|c| (n, c))) {
+        let drawn = paths.iter().zip(classes).filter(|(path, _)| !path.is_empty());
+        for (name, colour) in drawn.filter_map(|(_, (n, c))| c.map(|c| (n, c))) {
             let _ = writeln!(
                 svg,
                 "<rect x=\"{x:.1}\" y=\"{:.1}\" width=\"12\" height=\"12\" fill=\"{}\"/><text x=\"{:.1}\" y=\"{:.1}\" \

@@ -342,6 +342,12 @@ impl Reading<'_> {
                     "start=\"anywhere\"",
                 );
             }
+            Universe::Realised(r) if r.deposit.is_some() => {
+                refuse(
+                    "histories meet deposited sheets batch by batch",
+                    "leave it out; <realise realisations>",
+                );
+            }
             Universe::Statistical(_) | Universe::Realised(_) => {}
             _ => refuse("only statistical sheets are drawn anew for each history", "leave it out"),
         }
@@ -398,7 +404,9 @@ impl Reading<'_> {
 fn shared(universe: &Universe, histories: u64) -> u64 {
     const MOST: u64 = 64;
     match universe {
-        Universe::Realised(_) if histories > 0 => MOST.min(1 << histories.trailing_zeros().min(63)),
+        Universe::Realised(r) if histories > 0 && r.deposit.is_none() => {
+            MOST.min(1 << histories.trailing_zeros().min(63))
+        }
         _ => 1,
     }
 }

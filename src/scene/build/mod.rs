@@ -53,6 +53,8 @@ struct Reading<'o> {
     wavelengths: Vec<f64>,
     materials: Vec<String>,
     surfaces: Vec<String>,
+    /// The sheet is deposited: fibres need a length.
+    deposits: bool,
     /// Polarised light or an analyser: laws without a state are refused.
     polarised: bool,
     lines: Lines,
@@ -135,6 +137,7 @@ impl<'o> Reading<'o> {
             materials: Vec::new(),
             surfaces: Vec::new(),
             polarised: false,
+            deposits: false,
             lines: Lines::new(),
         }
     }

@@ -76,12 +76,28 @@ impl Reading<'_> {
             self.out.push(d.help("overlap=\"union\" or overlap=\"priority\""));
         }
         let options = e.child("realise");
-        let _ = options.map(|r| r.text("model"));
-        let spread = options.and_then(|r| r.number("spread"));
+        let deposit = options.filter(|r| r.text("model") == Some("deposited")).map(|r| self.depositing(e, r));
+        let spread = if deposit.is_none() { options.and_then(|r| r.number("spread")) } else { None };
         // What the same file says to the statistical universe; its mean is that of full memory.
         let _ = (memory(e), e.text("rate"));
+        self.deposits = deposit.is_some();
         let sheet = self.statistical(e, sheet, Memory::Full, materials, surfaces);
-        Some(Universe::Realised(Realised { sheet, spread }))
+        Some(Universe::Realised(Realised { sheet, spread, deposit }))
+    }
+
+    fn depositing(&mut self, e: Node<'_>, r: Node<'_>) -> Depositing {
+        if e.text("edges") == Some("cut") {
+            let d = Diagnostic::error(e.place("edges"), "a deposited sheet is not cut: it has its own faces");
+            self.out.push(d.help("leave `edges` out"));
+        }
+        Depositing {
+            flexibility: r.number("flexibility").unwrap_or(0.5),
+            places: r.count("places").map_or(16, |n| n as u32),
+            pressing: r.number("pressing"),
+            cell: r.number("cell").unwrap_or(1000.0),
+            realisations: r.count("realisations").unwrap_or(8),
+            gap: r.number("bond-gap").unwrap_or(0.5),
+        }
     }
 
     fn statistical(
@@ -224,6 +240,10 @@ impl Reading<'_> {
                 )
                 .help("or give length-density, grammage or volume-fraction"),
             );
+        }
+        if length.is_none() && self.deposits {
+            let d = Diagnostic::error(e.own.place, "fibres without end cannot fall on a sheet");
+            self.out.push(d.help("give their `length`"));
         }
         let shape = Shape::Fibre {
             width,

@@ -74,7 +74,7 @@ impl Universe {
 }
 
 /// A statistical sheet realised body by body: the exact (Boolean) ensemble that `memory="full"` is the mean
-/// over.
+/// over, or deposited.
 #[derive(Clone, Debug)]
 pub struct Realised {
     /// The statistics.
@@ -82,6 +82,25 @@ pub struct Realised {
     /// Histories of a realisation meet it at random within ± this, µm; `None`: forty mean thicknesses of
     /// its bodies.
     pub spread: Option<f64>,
+    /// Bodies fall one by one instead.
+    pub deposit: Option<Depositing>,
+}
+
+/// How fibres fall on a sheet.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Depositing {
+    /// Steepest course of a fibre.
+    pub flexibility: f64,
+    /// Height of sections over that as drawn; `None`: found so that the sheet gets its thickness.
+    pub pressing: Option<f64>,
+    /// Places tried for each fibre.
+    pub places: u32,
+    /// Edge of the periodic cell, µm.
+    pub cell: f64,
+    /// Realisations that histories meet in turn, batch by batch.
+    pub realisations: u64,
+    /// Distance within which surfaces count as bonded, µm.
+    pub gap: f64,
 }
 
 /// A labelled volume.

@@ -129,8 +129,14 @@ const UNIVERSE: &[A] = &[
 ];
 
 const REALISE: &[A] = &[
-    w("model", Choice(&["boolean"]), Default("boolean"), "The exact ensemble of the rung memory `full`: bodies stand independently and overlap."),
-    a("spread", Number(Q::Length), NOT_NEG, Optional, "Histories meet their realisation at random within this distance along x and y; without it forty mean thicknesses of the bodies."),
+    w("model", Choice(&["boolean", "deposited"]), Default("boolean"), "The exact ensemble of the rung memory `full`: bodies stand independently and overlap; or fibres fall one by one and bend over what lies below, and nothing overlaps."),
+    a("flexibility", Number(Q::Number), Range::closed(0.0, 10.0), Default("0.5"), "Deposited: steepest course of a fibre, rise over way."),
+    a("places", Number(Q::Count), Range::closed(1.0, 1024.0), Default("16"), "Deposited: places drawn for each fibre; it comes down where the sheet stands lowest below it, as drainage carries fibres to thin spots. 1: at random."),
+    a("pressing", Number(Q::Fraction), Range::closed(0.05, 1.0), Optional, "Deposited: height of a fibre's section over that as drawn; the lumen gives way, the wall keeps its area. Without it, it is found so that the sheet gets its `thickness`."),
+    a("cell", Number(Q::Length), POS, Default("1 mm"), "Deposited: edge of the square cell that repeats itself sideways."),
+    a("realisations", Number(Q::Count), Range::closed(1.0, 32.0), Default("8"), "Deposited: so many sheets, which batches of 4096 histories meet in turn; intervals count realisations."),
+    a("bond-gap", Number(Q::Length), NOT_NEG, Default("0.5 um"), "Deposited: distance within which two surfaces are reported as bonded."),
+    a("spread", Number(Q::Length), NOT_NEG, Optional, "Boolean: histories meet their realisation at random within this distance along x and y; without it forty mean thicknesses of the bodies."),
 ];
 
 const CELL: &[A] = &[

@@ -180,7 +180,11 @@ fn fit(scene: &mut Scene, seconds: f64) -> Result<(), String> {
     let each = (price(4 * n)? - price(n)?).max(1e-7) / (3 * n) as f64;
     let n = scene.run.histories.min((seconds / each) as u64).max(BATCHES * scene.run.shared.max(2));
     scene.run.batch = BATCH.min(1 << (n / BATCHES).ilog2());
-    scene.run.histories = n / scene.run.batch * scene.run.batch;
+    if matches!(&scene.universe, Universe::Realised(r) if r.deposit.is_some()) {
+        // Each batch meets a sheet of its own.
+        scene.run.batch = BATCH;
+    }
+    scene.run.histories = n.div_ceil(scene.run.batch) * scene.run.batch;
     Ok(())
 }
 

@@ -60,6 +60,8 @@ pub fn characterise(scene: &Scene, lines: u64) -> Result<Characteristics, String
         AnyUniverse::Statistical(u) => measure(u, planes, media, lines, 1, seed),
         AnyUniverse::Lazy(u) => measure(u, planes, media, lines, 1, seed),
         AnyUniverse::Mixture(u) => measure(u, planes, media, lines, 1, seed),
+        // Its first realisation.
+        AnyUniverse::Deposited(u) => measure(u, planes, media, lines, 1, seed),
         AnyUniverse::Synthetic(_) => {
             return Err(
                 "single bodies are no sheet: lines cannot fall evenly on them; characterise takes a \

@@ -16,7 +16,7 @@ use crate::run::clock::processor_seconds;
 use crate::run::simulate::{advance, fresh, outcome};
 use crate::run::{BATCH, Outcome, Watch};
 use crate::scene::plan::Plan;
-use crate::scene::{Branching, Edges, Memory, Scene, StartIn, Universe};
+use crate::scene::{Branching, Edges, Memory, Realised, Scene, StartIn, Universe};
 use std::time::{Duration, Instant};
 
 /// Batches of each universe at least.
@@ -173,6 +173,7 @@ fn prepared(mut scene: Scene, options: &Options, number: usize) -> Scene {
     let split = matches!(scene.run.branching, Branching::Split { .. });
     let most = 1 << (scene.run.histories / BATCHES).ilog2();
     scene.run.shared = match &scene.universe {
+        Universe::Realised(Realised { deposit: Some(_), .. }) => 1,
         Universe::Realised(_) => options.shared.unwrap_or(SHARED).min(most),
         Universe::Statistical(s) if s.memory == Memory::Full && !split => {
             // A later history may find a body where it should start in a pore.
@@ -218,6 +219,12 @@ fn cut(scene: &mut Scene, time: Duration, each: f64) {
     let least = BATCHES * scene.run.shared.max(2);
     let wanted = scene.run.histories.min(room as u64).max(least);
     scene.run.batch = BATCH.min(1 << (wanted / BATCHES).ilog2());
+    if let Universe::Realised(Realised { deposit: Some(d), .. }) = &scene.universe {
+        // Each batch meets a sheet of its own: whole batches, as many for each sheet.
+        scene.run.batch = BATCH;
+        scene.run.histories = wanted.div_ceil(BATCH * d.realisations) * BATCH * d.realisations;
+        return;
+    }
     scene.run.histories = wanted / scene.run.batch * scene.run.batch;
 }
 

@@ -1,8 +1,12 @@
 //! The same sheet in other universes: one attribute of the scene changes.
 
-use crate::scene::{Memory, Realised, Scene, Universe};
+use crate::scene::{Depositing, Edges, Memory, Realised, Scene, Universe};
 use std::fmt;
 use std::path::PathBuf;
+
+/// How sheets are laid down where the scene does not say: the defaults of <realise model="deposited">.
+const DEPOSITING: Depositing =
+    Depositing { flexibility: 0.5, pressing: None, places: 16, cell: 1000.0, realisations: 8, gap: 0.5 };
 
 /// A universe to run a sheet in.
 #[derive(Clone, Debug, PartialEq)]
@@ -13,12 +17,14 @@ pub enum Entry {
     Rung(Memory),
     /// Explicit realisations of the Boolean ensemble.
     Boolean,
+    /// Explicit sheets of fibres laid down one by one, as the scene's <realise> says or with its defaults.
+    Deposited,
     /// Another scene.
     Other(PathBuf),
 }
 
 impl Entry {
-    /// `scene`, `homogeneous`, `markov`, `none`, a number of flights, `full`, or `boolean`.
+    /// `scene`, `homogeneous`, `markov`, `none`, a number of flights, `full`, `boolean` or `deposited`.
     ///
     /// # Errors
     /// What is expected.
@@ -30,11 +36,12 @@ impl Entry {
             "none" => Entry::Rung(Memory::None),
             "full" => Entry::Rung(Memory::Full),
             "boolean" => Entry::Boolean,
+            "deposited" => Entry::Deposited,
             k => match k.parse::<u32>() {
                 Ok(k) if (1..=1000).contains(&k) => Entry::Rung(Memory::Last(k)),
                 _ => {
                     return Err(format!(
-                        "no universe `{k}`: scene, homogeneous, markov, none, 1, 2, 4 …, full, boolean"
+                        "no universe `{k}`: scene, homogeneous, markov, none, 1, 2, 4 …, full, boolean, deposited"
                     ));
                 }
             },
@@ -80,7 +87,18 @@ impl Entry {
                     _ => None,
                 };
                 let sheet = scene.universe.sheet().ok_or_else(only)?.clone();
-                out.universe = Universe::Realised(Realised { sheet, spread });
+                out.universe = Universe::Realised(Realised { sheet, spread, deposit: None });
+            }
+            Entry::Deposited => {
+                let sheet = scene.universe.sheet().ok_or_else(only)?.clone();
+                if sheet.edges == Edges::Cut {
+                    return Err("a deposited sheet is not cut: it has its own faces".to_owned());
+                }
+                let deposit = match &scene.universe {
+                    Universe::Realised(Realised { deposit: Some(d), .. }) => *d,
+                    _ => DEPOSITING,
+                };
+                out.universe = Universe::Realised(Realised { sheet, spread: None, deposit: Some(deposit) });
             }
         }
         Ok(out)
@@ -102,6 +120,7 @@ impl fmt::Display for Entry {
             Entry::Rung(Memory::Full) => f.write_str("full"),
             Entry::Rung(Memory::Last(k)) => write!(f, "{k}"),
             Entry::Boolean => f.write_str("boolean"),
+            Entry::Deposited => f.write_str("deposited"),
             Entry::Other(path) => {
                 write!(
                     f,
@@ -119,7 +138,7 @@ mod tests {
 
     #[test]
     fn words_are_read_and_written() {
-        for word in ["scene", "homogeneous", "markov", "none", "full", "boolean", "1", "8"] {
+        for word in ["scene", "homogeneous", "markov", "none", "full", "boolean", "deposited", "1", "8"] {
             assert_eq!(Entry::parse(word).unwrap().to_string(), word);
         }
         for bad in ["", "0", "-1", "half", "1e9"] {

@@ -177,7 +177,7 @@ pub struct Place {
 }
 
 impl Place {
-    pub(super) fn new(ray: Ray) -> Self {
+    pub(in crate::universe) fn new(ray: Ray) -> Self {
         Place {
             inside: Set::default(),
             left: Key::NONE,

@@ -247,7 +247,7 @@ fn upper(sizes: &Sizes) -> (f64, f64) {
 }
 
 /// The regions of a body: outer surface and hollow.
-pub(super) fn parts_of(kind: &Kind, body: &Body) -> impl Iterator<Item = Part> {
+pub(in crate::universe) fn parts_of(kind: &Kind, body: &Body) -> impl Iterator<Item = Part> + use<> {
     let (surface, centre, frame, id) = (kind.surface, body.centre, body.frame, kind.body);
     let shape = |h: &HalfAxes| match h.c.is_infinite() {
         true => Shape::Cylinder(EllipticCylinder {
