@@ -74,6 +74,29 @@ fn equal_universes_agree_and_the_bytes_are_those_of_the_seed() {
     assert_eq!(claim(&one, "full", "reflectance").verdict, Verdict::Agree, "{one}");
 }
 
+/// Bodies that light enters stand in other densities on rungs that forget: explicit sheets made from such a
+/// scene hold the same grammage, and full memory agrees with them.
+#[test]
+fn explicit_sheets_hold_the_same_grammage_whatever_the_scene_remembers() {
+    let text = r#"<scene name="hollow fibres" version="1">
+  <materials><material id="air" index="1"/><material id="wall" index="1.55"/></materials>
+  <universe kind="statistical" outside="air" memory="none">
+    <sheet thickness="60 um" pore="air"><layer>
+      <fibres material="wall" width="20 um" wall="4 um" lumen="air" grammage="40 g/m2"/>
+    </layer></sheet>
+  </universe>
+  <source kind="diffuse"/><spectrum at="550 nm"/><run histories="16384" seed="5"/>
+</scene>"#;
+    let scene = read_text(text, "hollow.xml".as_ref(), &Reading::default()).unwrap();
+    let c = held(&scene, "full,boolean", &[], long());
+    let grammage = |i: usize| c.ran[i].plan.layers[0].components[0].grammage;
+    assert!((grammage(0) - 40.0).abs() < 1e-6 && (grammage(1) - 40.0).abs() < 1e-6);
+    let density = |i: usize| c.ran[i].plan.layers[0].components[0].density;
+    assert!((density(0) / density(1) - 1.0).abs() < 1e-9, "{} {}", density(0), density(1));
+    let r = claim(&c, "full", "reflectance");
+    assert!(r.difference.abs() < 4.5 * r.error && r.error < 0.02, "{r}");
+}
+
 /// What cannot be run is told with its reason.
 #[test]
 fn universes_that_cannot_be_are_named() {

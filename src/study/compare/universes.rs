@@ -1,12 +1,18 @@
 //! The same sheet in other universes: one attribute of the scene changes.
 
-use crate::scene::{Depositing, Edges, Memory, Realised, Scene, Universe};
+use crate::scene::{Depositing, Edges, Memory, Realised, Scene, StatisticalSheet, Universe};
 use std::fmt;
 use std::path::PathBuf;
 
 /// How sheets are laid down where the scene does not say: the defaults of <realise model="deposited">.
 const DEPOSITING: Depositing =
     Depositing { flexibility: 0.5, pressing: None, places: 16, cell: 1000.0, realisations: 8, gap: 0.5 };
+
+/// The sheet with its amounts after overlaps, as explicit bodies and full memory count them: rungs that
+/// forget need other densities for the same mass.
+fn explicit(sheet: &StatisticalSheet) -> StatisticalSheet {
+    StatisticalSheet { memory: Memory::Full, ..sheet.clone() }
+}
 
 /// A universe to run a sheet in.
 #[derive(Clone, Debug, PartialEq)]
@@ -86,11 +92,11 @@ impl Entry {
                     Universe::Realised(r) => r.spread,
                     _ => None,
                 };
-                let sheet = scene.universe.sheet().ok_or_else(only)?.clone();
+                let sheet = explicit(scene.universe.sheet().ok_or_else(only)?);
                 out.universe = Universe::Realised(Realised { sheet, spread, deposit: None });
             }
             Entry::Deposited => {
-                let sheet = scene.universe.sheet().ok_or_else(only)?.clone();
+                let sheet = explicit(scene.universe.sheet().ok_or_else(only)?);
                 if sheet.edges == Edges::Cut {
                     return Err("a deposited sheet is not cut: it has its own faces".to_owned());
                 }
