@@ -55,7 +55,7 @@ fn the_bytes_are_those_of_so_many_histories_and_the_targets_hold() {
     let dir = place();
     run(dir.path(), "aimed", &[]);
     let n = result(&dir.path().join("aimed")).histories;
-    assert!(n >= 16 * 4096 && n % 4096 == 0, "{n}");
+    assert!(n >= 16 * 4096 && n.is_multiple_of(4096), "{n}");
     let histories = n.to_string();
     let plain = ["run", "scene.xml", "--quiet", "-o", "plain", "--histories", &histories];
     well(&lightpro(dir.path()).args(plain).output().unwrap());
