@@ -139,3 +139,23 @@ fn refusals() {
     write(&SHEET.replace("<sheet thickness", "<cell period=\"1 1 1 mm\" top=\"1 mm\"/><sheet thickness"));
     refused(&["check", "s.xml"], "cell");
 }
+
+/// A deposited sheet written down: pieces of bent fibres whose joints part nothing. One realisation reflects
+/// as its ensemble does, within the spread of realisations; no history is lost.
+#[test]
+fn a_deposited_sheet_is_written_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/verify/deposited-lossless.xml");
+    let text =
+        std::fs::read_to_string(shipped).unwrap().replace("histories=\"65536\"", "histories=\"32768\"");
+    std::fs::write(folder.path().join("sheet.xml"), text).unwrap();
+    let out = lightpro(folder.path(), &["realise", "sheet.xml"]);
+    assert!(out.status.success(), "{}", told(&out));
+    let written = scene(&folder.path().join("sheet-realised.xml"));
+    let Universe::Synthetic(explicit) = &written.universe else { panic!("no bodies") };
+    assert!(explicit.bodies.len() > 1000);
+    let ((one, s1), (all, s2)) =
+        (reflectance(&written), reflectance(&scene(&folder.path().join("sheet.xml"))));
+    println!("R {one:.4}({s1:.4}) of one realisation, {all:.4}({s2:.4}) of four");
+    assert!((one - all).abs() < 0.03);
+}

@@ -122,6 +122,7 @@ impl<U: Universe> Case<'_, U> {
     pub fn layout(&self) -> Layout {
         Layout {
             shared: 1,
+            realisations: None,
             lanes: 1,
             media: self.world.light.media.len(),
             angular: None,

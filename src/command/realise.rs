@@ -127,13 +127,20 @@ fn draw(scene: &Scene, how: &RealiseArgs) -> Result<Drawn, String> {
 }
 
 fn draw_sheet(realised: &crate::scene::Realised, scene: &Scene, how: &RealiseArgs) -> Result<Drawn, String> {
-    if realised.deposit.is_some() {
-        return Err(
-            "is deposited: pieces of bent fibres have no element of their own; check --structure draws it"
-                .to_owned(),
-        );
-    }
     let mut media = Media::of(scene.materials.iter().map(|m| m.id.clone()));
+    if let Some(deposit) = &realised.deposit {
+        let (number, seed) = (how.realisation, scene.run.seed);
+        let (universe, planes) = crate::scene::deposit::one(
+            deposit,
+            &realised.sheet,
+            scene,
+            &mut media,
+            [seed, number],
+            how.cell,
+        )?;
+        let cell = Cell { period: universe.period(), planes, overlap: Overlap::Union };
+        return Ok(Drawn { universe, cell, media });
+    }
     let (model, _) = realise::model(realised, scene, &mut media)?;
     // Two lengths of the longest body; at least twenty thicknesses of the sheet.
     let height = model.sheet[1] - model.sheet[0];

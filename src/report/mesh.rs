@@ -45,6 +45,11 @@ impl Mesh {
                 let ring = |z: f64| section(c.a, c.b).map(move |p| world(DVec3::new(p.0, p.1, z)));
                 self.tube(ring(-h).collect(), ring(h).collect(), tags);
             }
+            Shape::Slanted(s) => {
+                let ring =
+                    |z: f64| section(s.a, s.b).map(move |p| world(DVec3::new(p.0, s.centre(z) + p.1, z)));
+                self.tube(ring(s.from).collect(), ring(s.to).collect(), tags);
+            }
             Shape::Ellipsoid(e) => self.ellipsoid(&e, world, tags),
             Shape::Cuboid(b) => self.cuboid(b.min, b.max, world, tags),
             _ => return false,

@@ -8,6 +8,7 @@ use crate::universe::any::AnyUniverse;
 use crate::universe::deposit::{self, Deposit, Deposited, Figures, Sought};
 use crate::universe::statistical::amount::coverage;
 use crate::universe::statistical::kind::Kind;
+use crate::universe::synthetic::SyntheticUniverse;
 
 /// Histories that meet the same realisation in succession: a batch.
 const BATCH: u64 = 4096;
@@ -24,6 +25,43 @@ pub fn build(
     scene: &Scene,
     media: &mut Media,
 ) -> Result<(AnyUniverse, f64, Vec<LayerReport>, Vec<String>), String> {
+    let (model, layer) = model(how, sheet, scene, media)?;
+    let universe = Deposited::new(&model, scene.run.seed, how.realisations, BATCH, how.gap)
+        .map_err(|e| format!("layer 1: {}", advice(&e)))?;
+    let mean = mean(universe.figures());
+    let notes = notes(how, layer, &model, &universe, &mean);
+    let report = report(layer, &model, &universe, &mean);
+    let top = universe.top();
+    Ok((AnyUniverse::Deposited(universe), top, vec![report], notes))
+}
+
+/// One realisation alone, of (seed, number), in a cell of its own edge (µm) if one is given; and its planes.
+///
+/// # Errors
+/// As [`build`].
+pub fn one(
+    how: &Depositing,
+    sheet: &StatisticalSheet,
+    scene: &Scene,
+    media: &mut Media,
+    [seed, number]: [u64; 2],
+    cell: Option<f64>,
+) -> Result<(SyntheticUniverse, [f64; 2]), String> {
+    let how = Depositing { cell: cell.unwrap_or(how.cell), ..*how };
+    let (model, _) = model(&how, sheet, scene, media)?;
+    let laid = model.lay(seed, number).map_err(|e| advice(&e))?;
+    model.met(&laid).map_err(|e| advice(&e))?;
+    let top = laid.top + deposit::CLEAR;
+    Ok((model.universe(&laid, top).map_err(|e| advice(&e))?, [0.0, top]))
+}
+
+/// The sheet to be deposited, its pressing settled, and its layer.
+fn model<'a>(
+    how: &Depositing,
+    sheet: &'a StatisticalSheet,
+    scene: &Scene,
+    media: &mut Media,
+) -> Result<(Deposit, &'a Layer), String> {
     let [layer] = sheet.layers.as_slice() else {
         return Err("a deposited sheet has one layer of bodies".to_owned());
     };
@@ -54,13 +92,7 @@ pub fn build(
             .to_thickness(layer.thickness, Sought::Pressing, scene.run.seed, TRIAL.min(how.realisations))
             .map_err(|e| advice(&e))?;
     }
-    let universe = Deposited::new(&model, scene.run.seed, how.realisations, BATCH, how.gap)
-        .map_err(|e| format!("layer 1: {}", advice(&e)))?;
-    let mean = mean(universe.figures());
-    let notes = notes(how, layer, &model, &universe, &mean);
-    let report = report(layer, &model, &universe, &mean);
-    let top = universe.top();
-    Ok((AnyUniverse::Deposited(universe), top, vec![report], notes))
+    Ok((model, layer))
 }
 
 /// The same component with the ends that its length says.
@@ -182,7 +214,7 @@ fn notes(how: &Depositing, layer: &Layer, model: &Deposit, u: &Deposited, f: &Fi
     }
     if u.cut() > 0 {
         out.push(format!(
-            "warning: {} fibres are longer than three cells and are cut there: a larger `cell`",
+            "deposited: {} fibres of all realisations are longer than three cells and are cut there; a larger `cell` cuts fewer",
             u.cut()
         ));
     }

@@ -163,6 +163,12 @@ fn vertical(g: &model::Geometry) -> Option<(f64, f64)> {
             let across = ((a * major.z).powi(2) + (b * axis.cross(*major).z).powi(2)).sqrt();
             about(centre.z, along + across)
         }
+        G::Piece { centre, axis, major, shape, .. } => {
+            let up = axis.cross(*major);
+            let across = ((shape.a * major.z).powi(2) + (shape.b * up.z).powi(2)).sqrt();
+            let ends = [shape.from, shape.to].map(|t| centre.z + axis.z * t + up.z * shape.centre(t));
+            Some((ends[0].min(ends[1]) - across, ends[0].max(ends[1]) + across))
+        }
         G::Box { min, max } => Some((min.z, max.z)),
         // A half space below a horizontal plane ends the scene on top.
         G::Plane { point, normal } if *normal == DVec3::Z => Some((point.z, point.z)),

@@ -3,7 +3,9 @@
 use super::model::{Body, Geometry, Synthetic};
 use crate::math::{DVec3, Frame};
 use crate::universe::BodyId;
-use crate::universe::shape::{Cuboid, Ellipsoid, EllipticCylinder, HalfSpace, Placed, Shape, SlabZ};
+use crate::universe::shape::{
+    Cuboid, Ellipsoid, EllipticCylinder, HalfSpace, Placed, Shape, SlabZ, SlantedCylinder,
+};
 use crate::universe::synthetic::{Error, Part, Search, Setting, SyntheticUniverse};
 
 /// The universe of an explicit scene; body numbers follow the list of bodies. A hollow fibre is two
@@ -30,6 +32,10 @@ fn parts(body: &Body, id: BodyId) -> Vec<Part> {
         let lumen = Shape::Cylinder(EllipticCylinder { a, b, half_length });
         parts.push(part(Placed::new(lumen, centre, frame(axis, major)), medium));
     }
+    if let Geometry::Piece { centre, axis, major, shape, lumen: Some(((a, b), medium)) } = body.geometry {
+        let hollow = Shape::Slanted(SlantedCylinder { a, b, ..shape });
+        parts.push(part(Placed::new(hollow, centre, frame(axis, major)), medium));
+    }
     parts
 }
 
@@ -48,6 +54,9 @@ fn placed(geometry: &Geometry) -> Placed {
         }
         Geometry::Cylinder { centre, axis, major, half_axes: (a, b), half_length, .. } => {
             Placed::new(Shape::Cylinder(EllipticCylinder { a, b, half_length }), centre, frame(axis, major))
+        }
+        Geometry::Piece { centre, axis, major, shape, .. } => {
+            Placed::new(Shape::Slanted(shape), centre, frame(axis, major))
         }
         Geometry::Box { min, max } => Placed::at_origin(Shape::Cuboid(Cuboid { min, max })),
         Geometry::Plane { point, normal } => {

@@ -50,6 +50,7 @@ pub fn explicit(
         let common = common(body, media, &material(body.medium), scene);
         let line = match (body.shape.shape, hollow) {
             (Shape::Cylinder(_), _) => cylinder(body, hollow.as_ref(), &material),
+            (Shape::Slanted(_), _) => piece(body, hollow.as_ref(), &material),
             (Shape::Ellipsoid(e), None) if e.a == e.b && e.b == e.c => {
                 Some(format!("<sphere radius=\"{} um\"{}", e.a, centre(&body.shape)))
             }
@@ -139,6 +140,26 @@ fn cylinder(body: &Part, hollow: Option<&Part>, material: &impl Fn(MediumId) -> 
     if let Some(hollow) = hollow {
         let Shape::Cylinder(inner) = hollow.shape.shape else { return None };
         let _ = write!(out, " wall=\"{} um\" lumen=\"{}\"", c.b - inner.b, material(hollow.medium));
+    }
+    Some(out)
+}
+
+fn piece(body: &Part, hollow: Option<&Part>, material: &impl Fn(MediumId) -> String) -> Option<String> {
+    let Shape::Slanted(s) = body.shape.shape else { return None };
+    let mut out = format!(
+        "<piece half-axes=\"{} {} um\" from=\"{} um\" to=\"{} um\" height=\"{} um\" slope=\"{}\"{}{}",
+        s.a,
+        s.b,
+        s.from,
+        s.to,
+        s.height,
+        s.slope,
+        centre(&body.shape),
+        axes(&body.shape)
+    );
+    if let Some(hollow) = hollow {
+        let Shape::Slanted(inner) = hollow.shape.shape else { return None };
+        let _ = write!(out, " hollow=\"{} {} um\" lumen=\"{}\"", inner.a, inner.b, material(hollow.medium));
     }
     Some(out)
 }

@@ -4,6 +4,7 @@ use super::{Node, Reading};
 use crate::math::{DVec3, Frame};
 use crate::scene::diagnostic::Diagnostic;
 use crate::scene::model::*;
+use crate::universe::shape::SlantedCylinder;
 use crate::universe::{MediumId, Overlap};
 
 impl Reading<'_> {
@@ -106,6 +107,7 @@ impl Reading<'_> {
                 Some(Geometry::Ellipsoid { centre: e.vector("centre")?, half_axes: half_axes?, axis, major })
             }
             "cylinder" => self.cylinder(e, ambient),
+            "piece" => self.piece(e, ambient),
             "box" => {
                 let (min, max) = (e.vector("min")?, e.vector("max")?);
                 if min.cmpge(max).any() {
@@ -153,6 +155,27 @@ impl Reading<'_> {
         };
         let (axis, major) = frame?;
         Some(Geometry::Cylinder { centre: centre?, axis, major, half_axes: (a, b), half_length, lumen })
+    }
+
+    fn piece(&mut self, e: Node<'_>, ambient: MediumId) -> Option<Geometry> {
+        let (section, hollow, frame) = (e.list("half-axes")?, e.list("hollow"), self.frame(e, DVec3::X)?);
+        let [a, b] = section[..] else { return None };
+        let (from, to) = (e.number("from")?, e.number("to")?);
+        if from >= to {
+            self.error(e.place("to"), "`to` must be above `from`");
+        }
+        let lumen = match hollow.as_deref() {
+            Some(&[x, y]) if x < a && y < b => Some(((x, y), self.material(e, "lumen").unwrap_or(ambient))),
+            Some(_) => {
+                self.error(e.place("hollow"), "the hollow must lie within the section");
+                None
+            }
+            None => None,
+        };
+        let (height, slope) = (e.number("height")?, e.number("slope")?);
+        let shape = SlantedCylinder { a, b, from, to, height, slope };
+        let (axis, major) = frame;
+        Some(Geometry::Piece { centre: e.vector("centre")?, axis, major, shape, lumen })
     }
 
     /// A direction made unit.

@@ -2,6 +2,7 @@
 
 use crate::law::{Azimuth, Roll, SizeLaw, Tilt};
 use crate::math::DVec3;
+use crate::universe::shape::SlantedCylinder;
 use crate::universe::voxel::{self, Volume};
 use crate::universe::{MediumId, Overlap, SurfaceId};
 use std::sync::Arc;
@@ -363,6 +364,19 @@ pub enum Geometry {
         half_axes: (f64, f64),
         /// Half length; None: unbounded.
         half_length: Option<f64>,
+        /// Half axes of the lumen and its medium.
+        lumen: Option<((f64, f64), MediumId)>,
+    },
+    /// Piece of a bent fibre.
+    Piece {
+        /// Origin of its frame.
+        centre: DVec3,
+        /// Course, unit.
+        axis: DVec3,
+        /// Direction of the first half axis of the section, unit, orthogonal to `axis`.
+        major: DVec3,
+        /// The solid.
+        shape: SlantedCylinder,
         /// Half axes of the lumen and its medium.
         lumen: Option<((f64, f64), MediumId)>,
     },
