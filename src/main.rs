@@ -1,8 +1,11 @@
 //! `lightpro`: light in paper, from the command line.
 
 use clap::{Args, CommandFactory, Parser, Subcommand};
-use lightpro::command::{self, Failure, ReplayArgs, RunArgs, SceneArgs, say, sweep};
+use lightpro::command::{self, CompareArgs, Failure, ReplayArgs, RunArgs, SceneArgs, say, sweep};
 use lightpro::run::limits;
+use lightpro::study::compare::{Entry, Options};
+use lightpro::study::target::Target;
+use lightpro::study::{accuracy, sap};
 use std::io::Write;
 use std::ops::Range;
 use std::path::PathBuf;
@@ -35,12 +38,17 @@ enum Command {
         /// Only the histories a (inclusive) to b (exclusive), whole batches of 4096; see merge
         #[arg(long, value_name = "A..B", value_parser = range)]
         histories_range: Option<Range<u64>>,
+        /// Stop when the standard error of a figure is small enough: FIGURE:ERROR, e.g. reflectance:0.1%
+        /// (of the value), brightness:0.1 (in its unit), reflectance@550:0.1%; several allowed. --histories
+        /// is then the most [default: 1e10]
+        #[arg(long, value_name = "FIGURE:ERROR", value_parser = Target::parse, conflicts_with = "histories_range")]
+        target: Vec<Target>,
         /// Overwrite results that are there
         #[arg(long)]
         force: bool,
         /// Run at several values of one thing: NAME=FROM:TO:STEP or NAME=A,B,C, with a unit behind if it has
         /// one, as in wall.index=1.50:1.58:0.02 or "source.polar=0:75:15 deg"
-        #[arg(long, value_parser = sweep::Sweep::parse, conflicts_with_all = ["histories_range", "json"])]
+        #[arg(long, value_parser = sweep::Sweep::parse, conflicts_with_all = ["histories_range", "json", "target"])]
         sweep: Option<sweep::Sweep>,
         #[command(flatten)]
         how: HowOptions,
@@ -141,6 +149,41 @@ enum Command {
         #[arg(short, long)]
         out: Option<PathBuf>,
     },
+    /// Run the same sheet in several universes: where they agree, differ, and what each costs
+    Compare {
+        #[command(flatten)]
+        scene: SceneOptions,
+        /// homogeneous, markov, none, a number of flights, full (memory of the statistical universe), boolean
+        /// and deposited (explicit realisations), scene (as written) [default: all that the scene allows]
+        #[arg(long, value_delimiter = ',', value_parser = Entry::parse)]
+        universes: Vec<Entry>,
+        /// Another scene to hold beside; several allowed
+        #[arg(long, value_name = "SCENE")]
+        with: Vec<PathBuf>,
+        /// Name of the reference [default: boolean, else full, else the first]
+        #[arg(long)]
+        reference: Option<String>,
+        /// Reflectances that differ by less count as equal; other figures' margins follow
+        #[arg(long, default_value_t = 0.005)]
+        margin: f64,
+        /// Error of a reflectance that prices are given for
+        #[arg(long, default_value_t = 1e-3)]
+        error: f64,
+        /// Histories per wavelength group in each universe, instead of the scene's
+        #[arg(long, value_parser = histories)]
+        histories: Option<u64>,
+        /// Histories that share a realisation: 1, 2, 4 … 4096 [default: 16 where bodies are explicit]
+        #[arg(long, value_parser = histories)]
+        histories_per_realisation: Option<u64>,
+        /// Folder for the results [default: results/<name of the scene file>.compare]
+        #[arg(short, long)]
+        out: Option<PathBuf>,
+        /// Overwrite results that are there
+        #[arg(long)]
+        force: bool,
+        #[command(flatten)]
+        how: HowOptions,
+    },
     /// Measure the statistics of a sheet: chords, interfaces, directions, bodies; as a distribution file
     Characterise {
         #[command(flatten)]
@@ -182,8 +225,89 @@ enum Command {
     },
 }
 
+/// Where a study goes.
+#[derive(Args)]
+struct StudyOptions {
+    /// Folder for the results [default: results/<name of the scene file>.<study>]
+    #[arg(short, long)]
+    out: Option<PathBuf>,
+    /// Overwrite results that are there
+    #[arg(long)]
+    force: bool,
+    /// Threads [default: all]
+    #[arg(long, default_value_t = 0, hide_default_value = true)]
+    threads: usize,
+    /// Print nothing but errors
+    #[arg(long)]
+    quiet: bool,
+}
+
+impl StudyOptions {
+    fn into_args(self) -> RunArgs {
+        RunArgs {
+            out: self.out,
+            force: self.force,
+            threads: self.threads,
+            quiet: self.quiet,
+            command_line: std::env::args().collect(),
+            ..RunArgs::default()
+        }
+    }
+}
+
 #[derive(Subcommand)]
 enum Study {
+    /// What every source of error contributes, what each setting costs, how long a wanted error takes
+    Accuracy {
+        #[command(flatten)]
+        scene: SceneOptions,
+        /// Histories per wavelength group of each setting, instead of the scene's
+        #[arg(long, value_parser = histories)]
+        histories: Option<u64>,
+        /// Processor time that each setting may take
+        #[arg(long, value_name = "TIME", default_value = "20s", value_parser = limits::duration)]
+        each: Duration,
+        /// Error of a reflectance that settings are recommended for
+        #[arg(long, default_value_t = 2e-3)]
+        error: f64,
+        /// Leave out the toggling of effects
+        #[arg(long)]
+        no_effects: bool,
+        #[command(flatten)]
+        how: StudyOptions,
+    },
+    /// One setting, ever finer: bias, observed order, price
+    Convergence {
+        #[command(flatten)]
+        scene: SceneOptions,
+        /// Which: memory, patches, roulette, "branching floor", "wavelength grid"
+        #[arg(long)]
+        knob: String,
+        /// Histories per wavelength group of each setting, instead of the scene's
+        #[arg(long, value_parser = histories)]
+        histories: Option<u64>,
+        /// Processor time that each setting may take
+        #[arg(long, value_name = "TIME", default_value = "20s", value_parser = limits::duration)]
+        each: Duration,
+        #[command(flatten)]
+        how: StudyOptions,
+    },
+    /// Patches of the sphere (SAP) against the continuous law: granularity, direction, frame, splitting
+    Sap {
+        /// Scenes to run with patches, e.g. scenes/seed/fig11-gaussian-45-granularity-3.xml
+        scenes: Vec<PathBuf>,
+        /// Asymmetry of the Henyey–Greenstein law
+        #[arg(long, default_value_t = 0.9)]
+        g: f64,
+        /// Granularities
+        #[arg(long, value_delimiter = ',', default_values_t = sap::GRANULARITIES)]
+        nside: Vec<u32>,
+        /// Histories of each scene, and drawn directions of each table
+        #[arg(long, default_value = "4e5", value_parser = histories)]
+        histories: u64,
+        #[command(flatten)]
+        how: StudyOptions,
+    },
     /// Every effect: what it changes, with intervals, and what it costs
     Effects {
         #[command(flatten)]
@@ -281,8 +405,8 @@ fn range(text: &str) -> Result<Range<u64>, String> {
 
 fn main() -> ExitCode {
     let ended = match Cli::parse().command {
-        Command::Run { scene, out, histories, seed, histories_range: range, force, sweep, how } => {
-            let args = RunArgs { out, histories, seed, range, force, ..how.into_args() };
+        Command::Run { scene, out, histories, seed, histories_range: range, target, force, sweep, how } => {
+            let args = RunArgs { out, histories, seed, range, targets: target, force, ..how.into_args() };
             match sweep {
                 Some(sweep) => command::sweep::run(&scene.into_args(), &args, &sweep),
                 None => command::run(&scene.into_args(), &args),
@@ -296,6 +420,24 @@ fn main() -> ExitCode {
             command::replay(&scene.into_args(), &ReplayArgs { history, wavelength, seed, out })
         }
         Command::Plan { scene } => command::plan(&scene.into_args()).and_then(|t| say(&t)),
+        Command::Compare {
+            scene,
+            universes,
+            with,
+            reference,
+            margin,
+            error,
+            histories,
+            histories_per_realisation: shared,
+            out,
+            force,
+            how,
+        } => {
+            let time = how.max_time.unwrap_or(Duration::from_secs(480));
+            let options = Options { margin, error, histories, shared, time, reference };
+            let args = RunArgs { out, force, ..how.into_args() };
+            command::compare(&scene.into_args(), &args, &CompareArgs { universes, with, options })
+        }
         Command::Check { scene, structure, out } => {
             let args = scene.into_args();
             command::check(&args).and_then(|t| say(&t)).and_then(|()| match structure {
@@ -312,6 +454,24 @@ fn main() -> ExitCode {
         }
         Command::Study { what: Study::Effects { scene, histories } } => {
             command::study_effects(&scene.into_args(), histories).and_then(|t| say(&t))
+        }
+        Command::Study { what: Study::Accuracy { scene, histories, each, error, no_effects, how } } => {
+            let options = accuracy::Options {
+                histories,
+                each: each.as_secs_f64(),
+                knob: None,
+                effects: !no_effects,
+                wanted: error,
+            };
+            command::study_accuracy(&scene.into_args(), &how.into_args(), &options)
+        }
+        Command::Study { what: Study::Convergence { scene, knob, histories, each, how } } => {
+            let (knob, each) = (Some(knob), each.as_secs_f64());
+            let options = accuracy::Options { histories, each, knob, ..accuracy::Options::default() };
+            command::study_accuracy(&scene.into_args(), &how.into_args(), &options)
+        }
+        Command::Study { what: Study::Sap { scenes, g, nside, histories, how } } => {
+            command::study_sap(&scenes, &how.into_args(), g, &nside, histories)
         }
         Command::Materials { filter, from } => command::materials(&from, &filter).and_then(|t| say(&t)),
         Command::Difference { first, second, out } => {

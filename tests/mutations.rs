@@ -273,6 +273,7 @@ fn checkpoints() {
         seed: 1,
         histories: 100_000,
         range: 0..100_000,
+        targets: vec!["reflectance:1%".into()],
     };
     let mut fold = Fold::default();
     for i in 0..7 {

@@ -31,7 +31,8 @@ pub fn scene_of(identity: &Identity) -> Result<(Scene, Plan), Failure> {
     let (mut scene, _) = load(&args)?;
     scene.run.histories = identity.histories;
     scene.run.seed = identity.seed;
-    let now = Identity::of(&scene, &args.defines, args.allow_outside, identity.range.clone());
+    let now = Identity::of(&scene, &args.defines, args.allow_outside, identity.range.clone())
+        .with_targets(identity.targets.clone());
     if let Some(why) = identity.differs(&now) {
         let scene = identity.scene.display();
         return Err(Failure::Input(format!(

@@ -1,21 +1,29 @@
 //! What the commands do; `main` only parses their arguments.
 
+mod aims;
+mod compare;
 mod finish;
 mod folder;
 mod realise;
 mod replay;
 mod run;
 mod stop;
+mod study;
 pub mod sweep;
 
+pub use compare::{CompareArgs, compare};
 pub use finish::{Finished, finish};
 pub use realise::{RealiseArgs, realise, structure};
 pub use replay::{ReplayArgs, replay};
 pub use run::{merge, resume, run};
+pub use study::{study_accuracy, study_sap};
+
+use crate::run::clock::processor_seconds as cpu_seconds;
 
 use crate::report::{self, RunResult};
 use crate::scene::plan::Plan;
 use crate::scene::{self, Options, Scene};
+use crate::study::target::Target;
 use std::fmt;
 use std::io::Write;
 use std::ops::Range;
@@ -80,6 +88,8 @@ pub struct RunArgs {
     pub seed: Option<u64>,
     /// Only these histories, a shard: whole batches of 4096.
     pub range: Option<Range<u64>>,
+    /// Stop when these figures are known well enough.
+    pub targets: Vec<Target>,
     /// Stop after this time on the clock, with what is done by then.
     pub max_time: Option<Duration>,
     /// Refuse a run that would need more bytes of memory than this.
@@ -232,19 +242,6 @@ pub fn difference(first: &Path, second: &Path, out: Option<&Path>) -> Result<Str
             .map_err(|e| Failure::Input(format!("error: {}: {e}", path.display())))?;
     }
     Ok(format!("{} -> {}\n{}", a.scene, b.scene, report::difference::text(&rows)))
-}
-
-/// Processor seconds of this process so far, where the system tells (Linux; else 0).
-pub fn cpu_seconds() -> f64 {
-    // Fields 14 and 15 of /proc/self/stat, after the parenthesised name: clock ticks of 1/100 s.
-    std::fs::read_to_string("/proc/self/stat")
-        .ok()
-        .and_then(|s| {
-            let rest = s.rsplit_once(')')?.1.to_owned();
-            let f: Vec<&str> = rest.split_whitespace().collect();
-            Some((f.get(11)?.parse::<f64>().ok()? + f.get(12)?.parse::<f64>().ok()?) / 100.0)
-        })
-        .unwrap_or(0.0)
 }
 
 /// `materials`: index files whose name holds `filter`, with n and κ at three wavelengths.

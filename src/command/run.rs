@@ -1,5 +1,6 @@
 //! `run`, `resume` and `merge`: simulations that end in a results folder.
 
+use super::aims;
 use super::finish::{conclude, on_pool, verdict, with_overrides};
 use super::folder::{CHECKPOINT, checkpoint, room, scene_of, sweep};
 use super::stop::Stop;
@@ -12,6 +13,8 @@ use crate::run::{BATCH, Health, Progress, Sums, Watch};
 use crate::scene::Scene;
 use crate::scene::plan::Plan;
 use crate::stats::Fold;
+use crate::study::aims::Aims;
+use crate::study::target::{self, Target};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -23,6 +26,7 @@ struct Job {
     identity: Identity,
     state: State,
     folder: RunFolder,
+    targets: Vec<Target>,
 }
 
 /// `run`: simulates, writes the results folder, prints the table of figures.
@@ -31,12 +35,18 @@ struct Job {
 /// As [`load`] and [`super::finish`]; a folder that cannot be written, too little memory or disk; a
 /// physics check that fails; a signal.
 pub fn run(scene_args: &SceneArgs, args: &RunArgs) -> Result<(), Failure> {
-    let (scene, _) = load(scene_args)?;
+    let (mut scene, _) = load(scene_args)?;
+    if !args.targets.is_empty() {
+        aims::check(&scene, &args.targets)?;
+        scene.run.histories = target::MOST;
+    }
     let (scene, plan, range) = with_overrides(scene, args)?;
     let folder = made(args.out.clone().unwrap_or_else(|| default_folder(&scene.path)), args.force)?;
     let state = fresh(&plan, range.start);
-    let identity = Identity::of(&scene, &scene_args.defines, scene_args.allow_outside, range);
-    go(Job { scene, plan, identity, state, folder }, args)
+    let targets = args.targets.clone();
+    let identity = Identity::of(&scene, &scene_args.defines, scene_args.allow_outside, range)
+        .with_targets(targets.iter().map(Target::to_string).collect());
+    go(Job { scene, plan, identity, state, folder, targets }, args)
 }
 
 /// `resume`: takes a run up at its last checkpoint; ends in the same bytes as if it had never stopped
@@ -49,7 +59,9 @@ pub fn resume(dir: &Path, args: &RunArgs) -> Result<(), Failure> {
     let (scene, plan) = scene_of(&stored.identity)?;
     sweep(dir);
     let folder = made(dir.to_owned(), true)?;
-    go(Job { scene, plan, identity: stored.identity, state: stored.state, folder }, args)
+    let targets = stored.identity.targets.iter().map(|t| Target::parse(t)).collect::<Result<_, _>>();
+    let targets = targets.map_err(|e: String| Failure::Input(format!("error: {}: {e}", dir.display())))?;
+    go(Job { scene, plan, identity: stored.identity, state: stored.state, folder, targets }, args)
 }
 
 /// `merge`: one run from its shards; the same bytes as if it had been run at once (`manifest.json` apart).
@@ -102,7 +114,7 @@ pub fn merge(dirs: &[PathBuf], args: &RunArgs) -> Result<(), Failure> {
     }
     identity.range = 0..at;
     let folder = made(args.out.clone().unwrap_or_else(|| default_folder(&scene.path)), args.force)?;
-    go(Job { scene, plan, identity, state, folder }, args)
+    go(Job { scene, plan, identity, state, folder, targets: Vec::new() }, args)
 }
 
 fn made(out: PathBuf, force: bool) -> Result<RunFolder, Failure> {
@@ -159,30 +171,44 @@ fn go(mut job: Job, args: &RunArgs) -> Result<(), Failure> {
     let started = (Instant::now(), cpu_seconds());
     let bar = bar(count * job.plan.groups.len() as u64, args.quiet);
     let mut failed = None;
+    let mut aims = Aims::new(&job.targets);
     let mut round = |s: &[Fold<Sums>]| {
         let p = Progress::of(s, &range, job.scene.run.histories);
         bar.set_position(p.done);
         bar.set_message(format!("R {:.4} ± {:.4}", p.reflectance.0, p.reflectance.1));
+        let enough = aims.look(&job.scene, &job.plan, s);
+        if let Some(n) = aims.predicted() {
+            bar.set_length(n.min(count) * s.len() as u64);
+        }
         if saves.due() {
             failed = saves.save(&job.folder, &job.identity, s).err();
         }
-        failed.is_none()
+        failed.is_none() && !enough
     };
-    let watch = Watch { stop: &|| stop.asked(), round: &mut round };
-    on_pool(&job.scene, &job.plan, &mut job.state, &range, args.threads, watch)?;
+    // A run may have been killed between reaching its targets and writing its results.
+    if round(&job.state) {
+        let watch = Watch { stop: &|| stop.asked(), round: &mut round };
+        on_pool(&job.scene, &job.plan, &mut job.state, &range, args.threads, watch)?;
+    }
     bar.finish_and_clear();
     if let Some(e) = failed {
         return Err(unwritten(&out, e));
     }
     saves.save(&job.folder, &job.identity, &job.state).map_err(|e| unwritten(&out, e))?;
+    // At its targets a run is whole: that of so many histories.
+    let range = aims.reached.map_or(range, |n| 0..n);
+    if let Some(n) = aims.reached {
+        job.scene.run.histories = n;
+    }
     let done = conclude(job.scene, job.plan, job.state, range)?;
     if !done.outcome.groups.is_empty() {
         let manifest = manifest(&done, args, started);
         report::folder::write(&job.folder, &done.scene, &done.plan, &done.outcome, &done.result)
             .and_then(|()| job.folder.write("manifest.json", manifest.to_json().as_bytes()))
             .and_then(|()| job.folder.write("report.html", page(&done, &manifest).as_bytes()))
+            .and_then(|()| aims::write(&job.folder, &job.targets, &done))
             .map_err(|e| unwritten(&out, e))?;
-        tell(&done, &manifest, args, &out)?;
+        tell(&done, &manifest, args, &job.targets, &out)?;
     }
     ending(&done, &stop, &out, !talk)
 }
@@ -205,7 +231,13 @@ fn ending(done: &Finished, stop: &Stop, out: &Path, quiet: bool) -> Result<(), F
 }
 
 /// What a person wants to see of a finished run.
-fn tell(done: &Finished, manifest: &Manifest, args: &RunArgs, out: &Path) -> Result<(), Failure> {
+fn tell(
+    done: &Finished,
+    manifest: &Manifest,
+    args: &RunArgs,
+    targets: &[Target],
+    out: &Path,
+) -> Result<(), Failure> {
     if args.json {
         return say(&done.result.to_json());
     }
@@ -216,6 +248,7 @@ fn tell(done: &Finished, manifest: &Manifest, args: &RunArgs, out: &Path) -> Res
     lines.extend(done.expects.0.iter().cloned());
     lines.extend(done.result.memory.as_ref().map(ToString::to_string));
     lines.extend(manifest.health.warning());
+    lines.extend(aims::told(targets, done));
     lines.push(format!(
         "{} histories, {:.3e} events, {:.1} s on the clock, {:.1} s of processor; results in {}",
         done.outcome.done(),

@@ -16,6 +16,11 @@ pub fn result(scene: &Scene, plan: &Plan, outcome: &Outcome) -> RunResult {
     let mut figures =
         if plan.converts { super::fluorescence::figures(outcome) } else { paper_figures(scene, outcome) };
     figures.extend(spectral(scene, plan, outcome));
+    // What is not counted history by history comes from a jackknife over the replicas.
+    let replicas = outcome.groups.iter().map(|g| g.node.replicas.len()).min().unwrap_or(0);
+    for f in figures.iter_mut().filter(|f| f.dof.is_none()) {
+        f.dof = Some(replicas as f64 - 1.0);
+    }
     label(scene, &mut figures);
     RunResult {
         lightpro: env!("CARGO_PKG_VERSION").to_owned(),
@@ -65,7 +70,7 @@ pub fn effects(plan: &Plan) -> Ordered<EffectUsed> {
 
 /// A figure from the moments of its scores.
 pub fn figure(name: &str, m: &Moments, batches: u64, unit: &str) -> Figure {
-    let figure = Figure::new(name, m.mean(), m.standard_error(), unit);
+    let figure = Figure::new(name, m.mean(), m.standard_error(), unit).with_dof(m.dof());
     match stats::status(m, None, batches) {
         stats::Status::Ok => figure,
         stats::Status::Unreliable(why) => figure.with_status(Status::Unreliable).with_note(why),
@@ -78,8 +83,9 @@ pub fn figure(name: &str, m: &Moments, batches: u64, unit: &str) -> Figure {
     }
 }
 
-/// Scores of a set of cells together: exact, as the batches' replicas add them history by history.
-fn together(group: &GroupResult, lane: usize, cells: &[usize]) -> (f64, f64) {
+/// Mean and standard error of the scores of a set of cells together: exact, as the batches' replicas add
+/// them history by history; one degree of freedom less than there are replicas.
+pub fn together(group: &GroupResult, lane: usize, cells: &[usize]) -> (f64, f64) {
     let lanes = group.layout.lanes;
     let replicas: Vec<(u64, Vec<f64>)> = group
         .node

@@ -80,7 +80,7 @@ fn views(scene: &Scene, group: &GroupResult, lane: usize, out: &mut Vec<Figure>)
         let m = group.moments(start + i, lane);
         let scale = 1.0 / crate::math::cos(polar).abs();
         let name = if polar <= crate::math::FRAC_PI_2 { "brdf" } else { "btdf" };
-        let f = Figure::new(name, m.mean() * scale, m.standard_error() * scale, "1/sr");
+        let f = Figure::new(name, m.mean() * scale, m.standard_error() * scale, "1/sr").with_dof(m.dof());
         let deg = |x: f64| x * 180.0 / PI;
         out.push(f.in_direction(deg(polar), deg(azimuth)));
     }

@@ -51,6 +51,10 @@ pub struct Figure {
     /// What a reader should know.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub note: Option<String>,
+    /// Degrees of freedom of `error`, for Student's t: 2/VOV of scores counted history by history, replicas
+    /// less one of jackknives. Not stored in files.
+    #[serde(skip)]
+    pub dof: Option<f64>,
 }
 
 impl Figure {
@@ -74,6 +78,7 @@ impl Figure {
             unit: unit.to_owned(),
             status,
             note: None,
+            dof: None,
         }
     }
     /// A figure of paper optics with its standard error (from a jackknife over the same figure).
@@ -100,6 +105,34 @@ impl Figure {
     pub fn of_component(mut self, component: &str) -> Self {
         self.component = Some(component.to_owned());
         self
+    }
+    /// The same with the degrees of freedom of its error.
+    pub fn with_dof(mut self, dof: f64) -> Self {
+        self.dof = Some(dof);
+        self
+    }
+    /// 95 % interval by Student's t; as of a normal law where the degrees of freedom are unknown.
+    pub fn interval95(&self) -> Option<(f64, f64)> {
+        Some(crate::stats::interval95(self.value?, self.error?, self.dof.unwrap_or(f64::INFINITY)))
+    }
+    /// What the figure is of: name, component, wavelength, direction.
+    pub fn title(&self) -> String {
+        let mut text = self.name.clone();
+        if let Some(component) = &self.component {
+            text += &format!(" [{component}]");
+        }
+        if let Some(nm) = self.wavelength_nm {
+            text += &format!(" at {nm} nm");
+        }
+        if let Some(polar) = self.polar_deg {
+            text += &format!(" ({polar}°, {}°)", self.azimuth_deg.unwrap_or(0.0));
+        }
+        text
+    }
+    /// Whether both are the same figure, of whatever value.
+    pub fn is_of(&self, other: &Figure) -> bool {
+        let of = |f: &Figure| (f.wavelength_nm, f.polar_deg, f.azimuth_deg);
+        self.name == other.name && self.component == other.component && of(self) == of(other)
     }
     /// The same with another status.
     pub fn with_status(mut self, status: Status) -> Self {

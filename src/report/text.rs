@@ -22,24 +22,19 @@ pub fn with_error(value: f64, error: Option<f64>) -> String {
     }
 }
 
+/// A number with `n` significant digits; very large and very small ones in exponents.
+pub fn digits(value: f64, n: usize) -> String {
+    let places = n.max(1) - 1;
+    if value != 0.0 && value.is_finite() && !(-5..7).contains(&magnitude(value)) {
+        return format!("{value:.places$e}");
+    }
+    let decimals = (places as i32 - magnitude(value)).clamp(0, 15) as usize;
+    format!("{value:.decimals$}")
+}
+
 /// Decimal exponent of the first digit; 0 for 0.
 fn magnitude(x: f64) -> i32 {
     if x == 0.0 || !x.is_finite() { 0 } else { log10(x.abs()).floor() as i32 }
-}
-
-/// What the figure is of: name, component, wavelength, direction.
-fn title(f: &Figure) -> String {
-    let mut text = f.name.clone();
-    if let Some(component) = &f.component {
-        text += &format!(" [{component}]");
-    }
-    if let Some(nm) = f.wavelength_nm {
-        text += &format!(" at {nm} nm");
-    }
-    if let Some(polar) = f.polar_deg {
-        text += &format!(" ({polar}°, {}°)", f.azimuth_deg.unwrap_or(0.0));
-    }
-    text
 }
 
 /// One line a figure: what, value ± error, unit, and status and note where there is something to
@@ -60,7 +55,7 @@ pub fn figures(figures: &[Figure]) -> String {
                 remark += note;
             }
             let unit = if f.unit == "1" { String::new() } else { f.unit.clone() };
-            [title(f), format!("{bound}{value}"), unit, remark]
+            [f.title(), format!("{bound}{value}"), unit, remark]
         })
         .collect();
     let width = |c: usize| rows.iter().map(|r| r[c].chars().count()).max().unwrap_or(0);

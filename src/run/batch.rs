@@ -1,7 +1,7 @@
 //! One batch, history by history.
 
+use super::Histories;
 use super::sums::{Fate, RECORDS, Sums, Troubled};
-use super::{BATCH, Histories};
 use crate::lpm::{History, Ledger, Scorer, World, trace};
 use crate::rng::{Generator, Purpose, Stream};
 use crate::source::Source;
@@ -26,6 +26,8 @@ pub struct Traced<'a, U: Universe, const N: usize> {
     pub layout: &'a Layout,
     /// Which histories.
     pub histories: Histories,
+    /// How many of them are a batch.
+    pub batch: u64,
     /// Family of their streams.
     pub generator: Generator,
 }
@@ -35,7 +37,7 @@ impl<U: Universe, const N: usize> Batches for Traced<'_, U, N> {
         let mut tally: Tally<N> = Tally::new(self.layout);
         let mut h: History<U, N> = History::default();
         let mut troubled = Vec::new();
-        for number in index * BATCH..((index + 1) * BATCH).min(self.histories.count) {
+        for number in index * self.batch..((index + 1) * self.batch).min(self.histories.count) {
             now.store(number, Ordering::Relaxed);
             self.history(number, &mut h, &mut tally);
             if h.ledger.rare() && troubled.len() < RECORDS {

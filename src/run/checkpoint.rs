@@ -20,7 +20,7 @@ use std::ops::Range;
 use std::path::PathBuf;
 
 const MAGIC: &[u8; 7] = b"LPCHECK";
-const VERSION: u8 = 2;
+const VERSION: u8 = 3;
 
 /// What a run is: two parts with the same identity (but for their ranges) are parts of one run.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -43,6 +43,8 @@ pub struct Identity {
     pub histories: u64,
     /// Histories of this part.
     pub range: Range<u64>,
+    /// `--target figure:error`: the run may end before its last history.
+    pub targets: Vec<String>,
 }
 
 impl Identity {
@@ -68,7 +70,14 @@ impl Identity {
             seed: scene.run.seed,
             histories: scene.run.histories,
             range,
+            targets: Vec::new(),
         }
+    }
+
+    /// The same with stopping rules.
+    pub fn with_targets(mut self, targets: Vec<String>) -> Identity {
+        self.targets = targets;
+        self
     }
 
     /// Why a part of `self` is no part of the run `other`; `None` where it is one. Ranges and the scene's
@@ -82,6 +91,9 @@ impl Identity {
         }
         if self.effects != other.effects {
             return Some("other effects forced".to_owned());
+        }
+        if self.targets != other.targets {
+            return Some("other targets".to_owned());
         }
         if let Some((f, _)) = self.files.iter().zip(&other.files).find(|(a, b)| a.1 != b.1) {
             return Some(format!("the file {} has changed", f.0));
@@ -240,6 +252,8 @@ impl Writer {
             self.number(*hash);
         }
         [i.seed, i.histories, i.range.start, i.range.end].into_iter().for_each(|n| self.number(n));
+        self.number(i.targets.len() as u64);
+        i.targets.iter().for_each(|t| self.text(t));
     }
     fn node(&mut self, n: &stats::Node<Sums>) {
         self.number(n.first);
@@ -339,6 +353,7 @@ impl<'a> Reader<'a> {
             seed: self.number()?,
             histories: self.number()?,
             range: self.number()?..self.number()?,
+            targets: self.list(8, Self::text)?,
         })
     }
     fn node(&mut self) -> Result<stats::Node<Sums>, String> {

@@ -3,6 +3,7 @@
 
 mod batch;
 pub mod checkpoint;
+pub mod clock;
 pub mod health;
 pub mod limits;
 pub mod replay;
@@ -23,8 +24,7 @@ use crate::stats::Fold;
 use crate::tally::{Layout, Node};
 use crate::universe::Universe;
 
-/// Histories of a batch.
-pub const BATCH: u64 = 4096;
+pub use crate::scene::BATCH;
 
 /// Which histories of which stream family.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,7 +50,7 @@ pub fn run_group<U: Universe, const N: usize>(
     mut progress: impl FnMut(&Fold<Sums>, u64) -> bool + Send,
 ) -> Node {
     let generator = Generator::default();
-    let group = batch::Traced { world, source, layout, histories, generator };
+    let group = batch::Traced { world, source, layout, histories, batch: BATCH, generator };
     let mut state = [Fold::default()];
     let mut round = |s: &[Fold<Sums>]| progress(&s[0], (s[0].next() * BATCH).min(histories.count));
     let watch = Watch { stop: &|| false, round: &mut round };

@@ -172,6 +172,7 @@ impl<U: Universe, const N: usize> Ready<'_, U, N> {
             source: &self.plan.source,
             layout: &self.layout,
             histories: self.histories,
+            batch: self.scene.run.batch,
             generator: self.scene.run.generator,
         })
     }
@@ -300,7 +301,7 @@ pub fn advance(
         return Err(Trouble::Input("the stored sums do not belong to this scene".to_owned()));
     }
     let batches: Vec<&dyn Batches> = groups.iter().map(|g| -> &dyn Batches { &**g }).collect();
-    work(&batches, state, range.end.div_ceil(BATCH), watch).map_err(Trouble::Fault)
+    work(&batches, state, range.end.div_ceil(scene.run.batch), watch).map_err(Trouble::Fault)
 }
 
 fn fits(layout: &Layout, fold: &Fold<Sums>) -> bool {
@@ -317,7 +318,7 @@ fn fits(layout: &Layout, fold: &Fold<Sums>) -> bool {
 /// # Errors
 /// Detectors that cannot be made.
 pub fn outcome(scene: &Scene, plan: &Plan, state: State, range: Range<u64>) -> Result<Outcome, String> {
-    let complete = state.iter().all(|f| f.next() == range.end.div_ceil(BATCH));
+    let complete = state.iter().all(|f| f.next() == range.end.div_ceil(scene.run.batch));
     let mut groups = Vec::new();
     for (fold, wavelengths) in state.into_iter().zip(&plan.groups) {
         let layout = layout(scene, plan, wavelengths)?;

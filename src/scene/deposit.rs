@@ -47,7 +47,7 @@ pub fn one(
     [seed, number]: [u64; 2],
     cell: Option<f64>,
 ) -> Result<(SyntheticUniverse, [f64; 2]), String> {
-    let how = Depositing { cell: cell.unwrap_or(how.cell), ..how.clone() };
+    let how = Depositing { cell: cell.unwrap_or(how.cell), ..*how };
     let (model, _) = model(&how, sheet, scene, media)?;
     let laid = model.lay(seed, number).map_err(|e| advice(&e))?;
     model.met(&laid).map_err(|e| advice(&e))?;

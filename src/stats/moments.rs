@@ -1,8 +1,7 @@
 //! Moments of the scores of histories, and what they say about a mean.
 
 use super::fold::Merge;
-use crate::math::PI;
-use statrs::distribution::{ContinuousCDF, StudentsT};
+use super::student::two_sided95;
 
 /// First four moments of the score w of a history; histories that scored nothing count as w = 0.
 ///
@@ -86,6 +85,12 @@ impl Moments {
         if m2 == 0.0 { 0.0 } else { (m4 / (m2 * m2) - 1.0) / self.n as f64 }
     }
 
+    /// Degrees of freedom of the standard error: a variance whose relative variance is VOV has about 2/VOV;
+    /// never more than n − 1.
+    pub fn dof(&self) -> f64 {
+        (2.0 / self.vov()).min(self.n as f64 - 1.0)
+    }
+
     /// Skewness of the score, m₃/m₂^(3/2); 0 when the scores do not vary.
     pub fn skewness(&self) -> f64 {
         let [m2, m3, _] = self.central();
@@ -108,28 +113,8 @@ impl Merge for Moments {
 /// Two-sided 95 % confidence interval (low, high) of a mean by Student's t with `dof` degrees of
 /// freedom; NaN for dof < 1.
 pub fn interval95(mean: f64, se: f64, dof: f64) -> (f64, f64) {
-    let t = student_quantile(dof);
+    let t = two_sided95(dof);
     (mean - t * se, mean + t * se)
-}
-
-/// 97.5 % quantile of Student's t.
-fn student_quantile(dof: f64) -> f64 {
-    if dof.is_nan() || dof < 1.0 {
-        return f64::NAN;
-    }
-    if dof == 1.0 {
-        return crate::math::tan(0.475 * PI);
-    }
-    if dof >= 200.0 {
-        // Expansion about the normal quantile (Abramowitz & Stegun 26.7.5), to 1e-10 here.
-        const Z: f64 = 1.959_963_984_540_054;
-        const Z2: f64 = Z * Z;
-        let first = Z * (Z2 + 1.0) / 4.0;
-        let second = Z * ((5.0 * Z2 + 16.0) * Z2 + 3.0) / 96.0;
-        let third = Z * (((3.0 * Z2 + 19.0) * Z2 + 17.0) * Z2 - 15.0) / 384.0;
-        return Z + (first + (second + third / dof) / dof) / dof;
-    }
-    StudentsT::new(0.0, 1.0, dof).map_or(f64::NAN, |t| t.inverse_cdf(0.975))
 }
 
 /// Whether a mean and its confidence interval can be trusted.

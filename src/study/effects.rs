@@ -5,6 +5,7 @@
 //! stream, and the interval comes from the differences batch by batch (jackknife over the replicas).
 
 use crate::report::Figure;
+use crate::run::clock::processor_seconds;
 use crate::run::{Outcome, simulate};
 use crate::scene::Scene;
 use crate::scene::effects::{Kind, Override, apply};
@@ -12,7 +13,6 @@ use crate::scene::plan::Plan;
 use crate::stats::interval95;
 use crate::tally::Cell;
 use std::fmt;
-use std::time::Instant;
 
 /// Change of a figure by an effect.
 #[derive(Clone, Debug)]
@@ -62,6 +62,7 @@ pub struct Study {
 
 struct Timed {
     outcome: Outcome,
+    /// Processor seconds.
     seconds: f64,
 }
 
@@ -74,15 +75,15 @@ impl Timed {
     }
 }
 
-/// Shortest of three runs on one thread: other load on the machine only ever adds.
+/// Shortest of three runs on one thread, in processor time: other load on the machine only ever adds.
 fn run(scene: &Scene) -> Result<Timed, String> {
     let plan = Plan::new(scene)?;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().map_err(|e| e.to_string())?;
     let mut best: Option<Timed> = None;
     for _ in 0..3 {
-        let started = Instant::now();
+        let started = processor_seconds();
         let outcome = pool.install(|| simulate(scene, &plan, |_| true)).map_err(|e| e.to_string())?;
-        let seconds = started.elapsed().as_secs_f64();
+        let seconds = processor_seconds() - started;
         if best.as_ref().is_none_or(|b| seconds < b.seconds) {
             best = Some(Timed { outcome, seconds });
         }
@@ -144,7 +145,7 @@ fn toggled(scene: &Scene, kind: Kind, on: bool) -> Result<Scene, String> {
 }
 
 /// Changes of reflectance and transmittance at every wavelength, from the differences of replicas.
-fn changes(base: &Outcome, other: &Outcome) -> Vec<Change> {
+pub(super) fn changes(base: &Outcome, other: &Outcome) -> Vec<Change> {
     let mut out = Vec::new();
     for (name, cell) in [("reflectance", Cell::Reflected), ("transmittance", Cell::Transmitted)] {
         for (nm, group, lane) in base.wavelengths() {

@@ -4,6 +4,7 @@
 
 mod faults;
 mod resume;
+mod target;
 mod replay;
 
 use assert_cmd::cargo::cargo_bin;

@@ -6,6 +6,7 @@
 
 mod canvas;
 mod axes;
+pub mod bars;
 pub mod colours;
 pub mod hemisphere;
 pub mod ledger;
@@ -13,6 +14,7 @@ pub mod lines;
 pub mod polar;
 pub mod section;
 
+pub use bars::{Bar, BarPlot};
 pub use hemisphere::{HemisphereMap, Patch};
 pub use ledger::LedgerBar;
 pub use lines::{Curve, LinePlot, depth_profile, spectra};

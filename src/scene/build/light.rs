@@ -260,6 +260,7 @@ impl Reading<'_> {
         let standard = Run {
             histories: 100_000,
             seed: 20_261_122,
+            batch: crate::scene::BATCH,
             branching: Branching::Sample,
             roulette: 1e-3,
             event_cap: 1_000_000,
@@ -285,6 +286,7 @@ impl Reading<'_> {
         Run {
             histories,
             seed: e.count("seed").unwrap_or(standard.seed),
+            batch: standard.batch,
             branching: match e.text("branching") {
                 Some("split") => Branching::Split {
                     nside: e.nside("split-nside").unwrap_or(2),

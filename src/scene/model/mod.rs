@@ -192,6 +192,9 @@ pub enum Branching {
     },
 }
 
+/// Histories of a batch.
+pub const BATCH: u64 = 4096;
+
 /// How a scene is run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Run {
@@ -199,6 +202,9 @@ pub struct Run {
     pub histories: u64,
     /// Seed.
     pub seed: u64,
+    /// Histories of a batch: [`BATCH`], or fewer in studies of costly scenes. Histories stay the same; what
+    /// is added up together changes.
+    pub batch: u64,
     /// Branching.
     pub branching: Branching,
     /// Roulette starts below this share of the start power.
