@@ -119,6 +119,6 @@ mod tests {
             .filter_map(|rest| rest.split('z').next().and_then(|n| n.parse::<f64>().ok()))
             .sum();
         assert!((area * 0.01 - 25.0 * std::f64::consts::PI).abs() < 0.2, "{}", area * 0.01);
-        assert!(texts(&svg).iter().any(|t| t.contains("10 µm")));
+        assert!(texts(&svg).iter().any(|t| t.contains("1 µm")));
     }
 }
