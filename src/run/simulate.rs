@@ -216,9 +216,8 @@ pub(super) fn groups<'a>(scene: &'a Scene, plan: &'a Plan) -> Result<Vec<Box<dyn
             AnyUniverse::Lazy(u) => lanes(scene, plan, u, w, g),
             AnyUniverse::Mixture(u) => lanes(scene, plan, u, w, g),
             AnyUniverse::Synthetic(u) => lanes(scene, plan, u, w, g),
-            AnyUniverse::Repeated(u) => lanes(scene, plan, u, w, g),
+            AnyUniverse::Ensemble(u) => lanes(scene, plan, u, w, g),
             AnyUniverse::Realised(u) => lanes(scene, plan, u, w, g),
-            AnyUniverse::Deposited(u) => lanes(scene, plan, u, w, g),
             AnyUniverse::Voxel(u) => lanes(scene, plan, u, w, g),
         }
     };
@@ -364,7 +363,7 @@ pub(super) fn layout(scene: &Scene, plan: &Plan, wavelengths: &[f64]) -> Result<
         lanes,
         shared: scene.run.shared,
         realisations: match &plan.universe {
-            AnyUniverse::Deposited(u) => Some(u.sheets().len() as u64),
+            AnyUniverse::Ensemble(u) if u.cells().len() > 1 => Some(u.cells().len() as u64),
             _ => None,
         },
         media: plan.media.names.len(),

@@ -32,7 +32,7 @@ pub fn build(
     let notes = notes(how, layer, &model, &universe, &mean);
     let report = report(layer, &model, &universe, &mean);
     let top = universe.top();
-    Ok((AnyUniverse::Deposited(universe), top, vec![report], notes))
+    Ok((AnyUniverse::Ensemble(universe.into_ensemble()), top, vec![report], notes))
 }
 
 /// One realisation alone, of (seed, number), in a cell of its own edge (µm) if one is given; and its planes.

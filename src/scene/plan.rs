@@ -10,7 +10,7 @@ use crate::math::DVec3;
 use crate::source::Source;
 use crate::universe::Overlap;
 use crate::universe::any::AnyUniverse;
-use crate::universe::synthetic::repeated::Repeated;
+use crate::universe::synthetic::ensemble::Ensemble;
 use std::fmt;
 
 /// Everything a run needs beside the optical constants.
@@ -72,7 +72,7 @@ impl Plan {
                 let u = synthetic::universe(s).map_err(|e| e.to_string())?;
                 notes.extend(s.cell.map(|_| u.describe_search()));
                 let universe = match s.cell {
-                    Some(_) => AnyUniverse::Repeated(Repeated::new(u)),
+                    Some(_) => AnyUniverse::Ensemble(Ensemble::new(vec![u], 1)),
                     None => AnyUniverse::Synthetic(u),
                 };
                 (universe, Vec::new(), extent(s))

@@ -101,8 +101,9 @@ fn material_of(medium: MediumId, media: &Media, scene: &Scene) -> String {
     }
 }
 
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
+/// Text as it stands in an attribute.
+pub fn escaped(text: &str) -> String {
+    quick_xml::escape::escape(text).into_owned()
 }
 
 fn list(v: DVec3) -> String {

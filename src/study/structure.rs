@@ -43,21 +43,10 @@ impl Structure {
         let media = plan.media;
         let whole = |u: &SyntheticUniverse| -> Vec<BodyParts> { u.bodies().collect() };
         Ok(match plan.universe {
-            AnyUniverse::Repeated(u) => {
-                let ([x, y], u) = (u.cell().period(), u.cell().clone());
-                let bodies = whole(&u);
-                Structure {
-                    what: What::Bodies(u),
-                    planes,
-                    window: [[0.5 * x, 0.5 * y], [x, y]],
-                    bodies,
-                    media,
-                }
-            }
-            AnyUniverse::Deposited(u) => {
-                let (cell, u) = (u.cell(), u.sheets()[0].clone());
-                let bodies = whole(&u);
-                let window = [[0.5 * cell; 2], [cell; 2]];
+            AnyUniverse::Ensemble(u) => {
+                let u = u.cells()[0].clone();
+                let ([x, y], bodies) = (u.period(), whole(&u));
+                let window = [[0.5 * x, 0.5 * y], [x, y]];
                 Structure { what: What::Bodies(u), planes, window, bodies, media }
             }
             AnyUniverse::Synthetic(u) => {

@@ -1,12 +1,11 @@
 //! The one place where a run asks which universe it is in.
 
-use super::deposit::Deposited;
 use super::mixture::MixtureUniverse;
 use super::statistical::StatisticalUniverse;
 use super::statistical::lazy::LazyUniverse;
 use super::synthetic::SyntheticUniverse;
 use super::synthetic::drum::Drum;
-use super::synthetic::repeated::Repeated;
+use super::synthetic::ensemble::Ensemble;
 use super::voxel::VoxelUniverse;
 
 /// Any universe; matched once per run, never per event.
@@ -20,12 +19,10 @@ pub enum AnyUniverse {
     Mixture(MixtureUniverse),
     /// Explicit bodies.
     Synthetic(SyntheticUniverse),
-    /// Explicit bodies that repeat themselves sideways.
-    Repeated(Repeated),
+    /// Explicit bodies that repeat themselves sideways, one cell or several in turn.
+    Ensemble(Ensemble),
     /// Explicit bodies drawn from statistics, a realisation after the other.
     Realised(Drum),
-    /// Realisations of a deposited sheet.
-    Deposited(Deposited),
     /// A labelled volume.
     Voxel(VoxelUniverse),
 }

@@ -222,18 +222,18 @@ fn page() {
     let args = SceneArgs { path: root.join("scenes/deposited-kraft.xml"), ..SceneArgs::default() };
     let (scene, plan) = load(&args).unwrap();
     println!("{plan}");
-    let AnyUniverse::Deposited(u) = &plan.universe else { panic!("not deposited") };
+    let AnyUniverse::Ensemble(u) = &plan.universe else { panic!("not deposited") };
     let section = Section {
         origin: DVec3::new(100.0, 437.0, -6.0),
         right: DVec3::X,
         up: DVec3::Z,
-        size: [600.0, u.top() + 12.0],
+        size: [600.0, plan.top + 12.0],
         pixel: 0.5,
     };
     let air = scene.materials.iter().position(|m| m.id == "air").unwrap() as u16;
     let classes = [("pore and lumen", None), ("fibre wall", Some(colour(0)))];
     let title = "Section of a deposited sheet of bleached softwood kraft, 80 g/m² (realisation 1)";
-    let sheet = &u.sheets()[0];
+    let sheet = &u.cells()[0];
     let svg = section.svg(title, &classes, |p| usize::from(sheet.medium_at(p) != MediumId(air)));
     std::fs::write(root.join("docs/figures/deposited-section.svg"), svg).unwrap();
     let run = RunArgs { histories: Some(32_768), ..RunArgs::default() };

@@ -1,6 +1,7 @@
 //! Sizes, directions and amounts of explicit bodies, as the statistics that a scene takes.
 
 use crate::math::{DVec3, PI};
+use crate::scene::written::escaped;
 use crate::universe::MediumId;
 use crate::universe::shape::{Placed, Shape};
 use crate::universe::synthetic::Part;
@@ -15,8 +16,8 @@ pub type BodyParts = (Part, Option<Part>);
 /// Where bodies were counted.
 #[derive(Clone, Copy, Debug)]
 pub enum Window {
-    /// A periodic cell of this area, µm².
-    Cell(f64),
+    /// Periodic cells of this area together, µm².
+    Cells(f64),
     /// Discs about the z axis, of this radius (µm), of so many realisations.
     Discs(f64, u32),
 }
@@ -95,7 +96,7 @@ fn population(
         }
     }
     let area = match window {
-        Window::Cell(area) => area,
+        Window::Cells(area) => area,
         Window::Discs(r, n) => PI * r * r * f64::from(n),
     };
     let weights = f64::max(weights, f64::MIN_POSITIVE);
@@ -191,7 +192,7 @@ fn length_within(p: &Placed, window: Window, [bottom, top]: [f64; 2]) -> f64 {
 /// 1 for a body whose centre is in the window and between the planes.
 fn stands(p: &Placed, window: Window, [bottom, top]: [f64; 2]) -> f64 {
     let near = match window {
-        Window::Cell(_) => true,
+        Window::Cells(_) => true,
         Window::Discs(r, _) => p.centre.x * p.centre.x + p.centre.y * p.centre.y < r * r,
     };
     f64::from(near && (bottom..top).contains(&p.centre.z))
@@ -259,11 +260,6 @@ impl Population {
             _ => format!("number-density=\"{:e} 1/um3\"", self.density),
         }
     }
-}
-
-/// Text as it stands in an attribute.
-pub fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
 }
 
 /// A law of sizes as an element: constant, or a histogram of equal classes.

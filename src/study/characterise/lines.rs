@@ -190,7 +190,8 @@ pub fn measure<U: Universe>(
         for i in 0..each {
             let line = number * each + i;
             let mut rng = Stream::of(seed, 0, line, Purpose::Probe);
-            // As in a run: the first of those that share draws the realisation.
+            // As in a run: the first of those that share draws the realisation, or a number names it.
+            universe.begin(&mut memory, line);
             if i % shared == 0 {
                 universe.forget(&mut memory);
             } else {

@@ -5,10 +5,12 @@ pub mod bodies;
 pub mod lines;
 
 use crate::scene::plan::Plan;
+use crate::scene::written::escaped;
 use crate::scene::{Scene, Universe as Where};
 use crate::universe::any::AnyUniverse;
-use bodies::{Population, Window, escaped, populations};
+use bodies::{Population, Window, populations};
 use lines::{Counted, DIRECTIONS, SLICES, equivalent_section, measure, total, with_error};
+use std::collections::BTreeSet;
 use std::fmt::{self, Write};
 
 /// Bodies that are counted in each realisation, about, where there is no end of them; and realisations.
@@ -33,6 +35,8 @@ pub struct Characteristics {
     pub all: Counted,
     /// Explicit bodies.
     pub populations: Vec<Population>,
+    /// Media of their hollows.
+    pub hollows: BTreeSet<usize>,
 }
 
 /// Measures a scene's universe with straight lines.
@@ -42,26 +46,24 @@ pub struct Characteristics {
 pub fn characterise(scene: &Scene, lines: u64) -> Result<Characteristics, String> {
     let plan = Plan::new(scene)?;
     let (planes, media, seed) = ([plan.bottom, plan.top], plan.media.names.len(), scene.run.seed);
-    let mut found = Vec::new();
+    let (mut bodies, mut window) = (Vec::new(), Window::Cells(0.0));
     let groups = match &plan.universe {
         AnyUniverse::Realised(drum) => {
             let radius = drum.radius_of(BODIES);
-            let bodies: Vec<_> =
-                (0..REALISATIONS).flat_map(|r| drum.bodies(seed, u64::from(r), radius)).collect();
-            found = populations(&bodies, Window::Discs(radius, REALISATIONS), planes);
+            bodies = (0..REALISATIONS).flat_map(|r| drum.bodies(seed, u64::from(r), radius)).collect();
+            window = Window::Discs(radius, REALISATIONS);
             measure(drum, planes, media, lines, scene.run.shared, seed)
         }
-        AnyUniverse::Repeated(u) => {
-            let [x, y] = u.cell().period();
-            found = populations(&u.cell().bodies().collect::<Vec<_>>(), Window::Cell(x * y), planes);
+        AnyUniverse::Ensemble(u) => {
+            let [x, y] = u.cells()[0].period();
+            bodies = u.cells().iter().flat_map(|c| c.bodies()).collect();
+            window = Window::Cells(x * y * u.cells().len() as f64);
             measure(u, planes, media, lines, 1, seed)
         }
         AnyUniverse::Voxel(voxels) => measure(voxels, planes, media, lines, 1, seed),
         AnyUniverse::Statistical(u) => measure(u, planes, media, lines, 1, seed),
         AnyUniverse::Lazy(u) => measure(u, planes, media, lines, 1, seed),
         AnyUniverse::Mixture(u) => measure(u, planes, media, lines, 1, seed),
-        // Its first realisation.
-        AnyUniverse::Deposited(u) => measure(u, planes, media, lines, 1, seed),
         AnyUniverse::Synthetic(_) => {
             return Err(
                 "single bodies are no sheet: lines cannot fall evenly on them; characterise takes a \
@@ -89,7 +91,8 @@ pub fn characterise(scene: &Scene, lines: u64) -> Result<Characteristics, String
         thickness: plan.top - plan.bottom,
         all: total(&groups),
         groups,
-        populations: found,
+        hollows: bodies.iter().filter_map(|b| b.1).map(|h| usize::from(h.medium.0)).collect(),
+        populations: populations(&bodies, window, planes),
     })
 }
 
@@ -169,19 +172,18 @@ impl Characteristics {
         let source = format!("measured from the scene '{scene}'");
         let mut files = Vec::new();
         let mut layer = String::new();
-        if self.populations.is_empty() {
-            for m in self.present().filter(|&m| m != self.pore) {
-                let Some(text) = self.equivalent(m, &source) else { continue };
-                let file = file_name(&self.media[m], &files);
-                let _ = writeln!(
-                    layer,
-                    "      <fibres from=\"{file}\" name=\"{}\" material=\"{}\" volume-fraction=\"{:.6}\"/>",
-                    escaped(&self.media[m]),
-                    escaped(&self.materials[m]),
-                    self.all.share(m)
-                );
-                files.push((file, text));
-            }
+        let counted = |m: usize| self.populations.iter().any(|p| usize::from(p.medium.0) == m);
+        for m in self.present().filter(|&m| m != self.pore && !counted(m) && !self.hollows.contains(&m)) {
+            let Some(text) = self.equivalent(m, &source) else { continue };
+            let file = file_name(&self.media[m], &files);
+            let _ = writeln!(
+                layer,
+                "      <fibres from=\"{file}\" name=\"{}\" material=\"{}\" volume-fraction=\"{:.6}\"/>",
+                escaped(&self.media[m]),
+                escaped(&self.materials[m]),
+                self.all.share(m)
+            );
+            files.push((file, text));
         }
         for p in &self.populations {
             let m = usize::from(p.medium.0);
@@ -209,7 +211,7 @@ impl Characteristics {
     }
 
     /// The flat solid fibres without end that have the mean chord and the normals of a medium of which no
-    /// bodies are known: what a volume of voxels tells of them.
+    /// bodies are counted: what a volume of voxels, or a sheet of bent fibres, tells of them.
     fn equivalent(&self, medium: usize, source: &str) -> Option<String> {
         let [n, xx, yy, zz, xy] = self.all.normals[medium];
         if n == 0.0 {

@@ -1,43 +1,20 @@
-//! Realisations of a deposited sheet, and light that meets one after the other.
+//! Realisations of a deposited sheet, and what they came to.
 
 use super::{CLEAR, Deposit, DepositError, Figures, Laid};
-use crate::math::DVec3;
-use crate::rng::Stream;
-use crate::universe::synthetic::{Place, SyntheticUniverse};
-use crate::universe::{Interface, MediumId, Next, Ray, Start, Universe};
+use crate::universe::synthetic::SyntheticUniverse;
+use crate::universe::synthetic::ensemble::Ensemble;
 use rayon::prelude::*;
 
-/// Realisations of one sheet. A history meets that of its number, at a place of its own in the cell.
+/// Realisations of one sheet, and their structure.
 #[derive(Clone, Debug)]
 pub struct Deposited {
-    sheets: Vec<SyntheticUniverse>,
+    ensemble: Ensemble,
     figures: Vec<Figures>,
-    /// Edge of the cell, µm.
-    cell: f64,
     top: f64,
     /// Mean volume of solid over area by kind, µm.
     solids: Vec<f64>,
     /// Fibres cut to three cells, over all realisations.
     cut: usize,
-    /// Histories in succession that meet the same realisation.
-    shared: u64,
-}
-
-/// Number of the realisation that the present history meets.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Held(usize);
-
-/// Where a ray is: in a realisation, displaced against it.
-#[derive(Clone, Copy, Debug)]
-pub struct Here {
-    place: Place,
-    shift: DVec3,
-}
-
-impl Here {
-    fn shifted(&self, ray: &Ray) -> Ray {
-        Ray { origin: ray.origin + self.shift, dir: ray.dir }
-    }
 }
 
 impl Deposited {
@@ -70,17 +47,12 @@ impl Deposited {
         solids.iter_mut().for_each(|s| *s /= laid.len() as f64);
         let cut = laid.iter().map(|l| l.0.cut).sum();
         let figures = laid.into_iter().map(|l| l.1).collect();
-        Ok(Deposited { sheets, figures, solids, cut, cell: model.cell, top, shared: shared.max(1) })
+        Ok(Deposited { ensemble: Ensemble::new(sheets, shared), figures, solids, cut, top })
     }
 
     /// Upper plane, above all bodies of all realisations, µm; the lower one is at 0.
     pub fn top(&self) -> f64 {
         self.top
-    }
-
-    /// Edge of the cell, µm.
-    pub fn cell(&self) -> f64 {
-        self.cell
     }
 
     /// Structure of each realisation.
@@ -100,61 +72,16 @@ impl Deposited {
 
     /// The realisations.
     pub fn sheets(&self) -> &[SyntheticUniverse] {
-        &self.sheets
+        self.ensemble.cells()
+    }
+
+    /// What light meets.
+    pub fn into_ensemble(self) -> Ensemble {
+        self.ensemble
     }
 
     /// Memory of all realisations, bytes.
     pub fn bytes(&self) -> usize {
-        self.sheets.iter().map(SyntheticUniverse::bytes).sum()
-    }
-
-    /// The realisation that the history `number` meets.
-    pub fn realisation(&self, number: u64) -> usize {
-        (number / self.shared % self.sheets.len() as u64) as usize
-    }
-
-    /// Medium that a ray is in.
-    pub fn medium(&self, here: &Here, held: &Held) -> MediumId {
-        self.sheets[held.0].medium(&here.place)
-    }
-}
-
-impl Universe for Deposited {
-    type Memory = Held;
-    type Place = Here;
-
-    fn forget(&self, _: &mut Held) {}
-
-    fn begin(&self, held: &mut Held, number: u64) {
-        held.0 = self.realisation(number);
-    }
-
-    fn enter(&self, ray: &Ray, held: &mut Held, rng: &mut Stream) -> Start<Here> {
-        let shift = DVec3::new(rng.uniform(), rng.uniform(), 0.0) * self.cell;
-        let here = Here { place: Place::new(*ray), shift };
-        self.come_back(ray, &here, held, rng)
-    }
-
-    fn come_back(&self, ray: &Ray, here: &Here, held: &mut Held, rng: &mut Stream) -> Start<Here> {
-        let Start { place, medium } = self.sheets[held.0].enter(&here.shifted(ray), &mut (), rng);
-        Start { place: Here { place, shift: here.shift }, medium }
-    }
-
-    #[inline]
-    fn next(&self, ray: &Ray, here: &mut Here, held: &mut Held, limit: f64, rng: &mut Stream) -> Next {
-        self.sheets[held.0].next(&here.shifted(ray), &mut here.place, &mut (), limit, rng)
-    }
-
-    fn moved(&self, ray: &Ray, here: &mut Here, held: &mut Held, d: f64) {
-        self.sheets[held.0].moved(&here.shifted(ray), &mut here.place, &mut (), d);
-    }
-
-    fn reflected(&self, ray: &Ray, here: &mut Here, held: &mut Held, at: &Interface) {
-        self.sheets[held.0].reflected(&here.shifted(ray), &mut here.place, &mut (), at);
-    }
-
-    fn crossed(&self, ray: &mut Ray, here: &mut Here, held: &mut Held, at: &Interface) {
-        let mut moved = here.shifted(ray);
-        self.sheets[held.0].crossed(&mut moved, &mut here.place, &mut (), at);
+        self.sheets().iter().map(SyntheticUniverse::bytes).sum()
     }
 }

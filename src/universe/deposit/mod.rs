@@ -20,7 +20,7 @@ mod ground;
 mod measure;
 mod solids;
 
-pub use ensemble::{Deposited, Held, Here};
+pub use ensemble::Deposited;
 pub use fibre::Fibre;
 pub use fill::Particle;
 pub use measure::Figures;

@@ -27,6 +27,37 @@ pub(super) enum Side {
     Miss(f64),
 }
 
+impl Side {
+    /// What of the line lies within the side and between two ends.
+    #[inline]
+    pub(super) fn between(self, ends: impl FnOnce() -> Option<Chord>) -> Option<Chord> {
+        let (lo, hi) = match self {
+            Side::Roots(lo, hi) => (lo, hi),
+            Side::Parallel(true) => (f64::NEG_INFINITY, f64::INFINITY),
+            Side::Parallel(false) | Side::Miss(_) => return None,
+        };
+        let mut ends = ends()?;
+        if lo >= ends.t_in {
+            (ends.t_in, ends.face_in) = (lo, ShapeFace::Side);
+        }
+        if hi <= ends.t_out {
+            (ends.t_out, ends.face_out) = (hi, ShapeFace::Side);
+        }
+        (ends.t_in < ends.t_out).then_some(ends)
+    }
+
+    /// Where a ray inside leaves through the side; a line that misses by rounding at twice its closest
+    /// approach.
+    #[inline]
+    pub(super) fn leave(self) -> f64 {
+        match self {
+            Side::Roots(_, hi) => hi,
+            Side::Parallel(_) => f64::INFINITY,
+            Side::Miss(mid) => 2.0 * mid,
+        }
+    }
+}
+
 impl EllipticCylinder {
     /// 2-D, in the plane of the section scaled to the unit circle. The distance of the line from
     /// the axis is |q × e|/|e|, free of the cancellation in q·q − (q·e)²/e².
@@ -124,28 +155,12 @@ impl EllipticCylinder {
 impl Convex for EllipticCylinder {
     #[inline]
     fn chord(&self, o: DVec3, d: DVec3) -> Option<Chord> {
-        let (lo, hi) = match self.side(o, d) {
-            Side::Roots(lo, hi) => (lo, hi),
-            Side::Parallel(true) => (f64::NEG_INFINITY, f64::INFINITY),
-            Side::Parallel(false) | Side::Miss(_) => return None,
-        };
-        let mut c = self.caps(o, d)?;
-        if lo >= c.t_in {
-            (c.t_in, c.face_in) = (lo, ShapeFace::Side);
-        }
-        if hi <= c.t_out {
-            (c.t_out, c.face_out) = (hi, ShapeFace::Side);
-        }
-        (c.t_in < c.t_out).then_some(c)
+        self.side(o, d).between(|| self.caps(o, d))
     }
 
     #[inline]
     fn way_out(&self, o: DVec3, d: DVec3) -> (f64, ShapeFace) {
-        let side = match self.side(o, d) {
-            Side::Roots(_, hi) => hi,
-            Side::Parallel(_) => f64::INFINITY,
-            Side::Miss(mid) => 2.0 * mid,
-        };
+        let side = self.side(o, d).leave();
         match self.half_length.map(|h| super::plane::leave(-h, h, o.z, d.z)) {
             Some((t, face)) if t < side => (t, face),
             _ => (side, ShapeFace::Side),

@@ -1,7 +1,6 @@
 //! Piece of a bent fibre: a cylinder whose elliptic section is the same in every plane across the
 //! fibre's course while its centre rises along it.
 
-use super::cylinder::Side;
 use super::integral::ellipse_perimeter;
 use super::{Chord, Convex, EllipticCylinder, ShapeFace, plane, starts_in_ball};
 use crate::math::{DVec3, PI};
@@ -68,29 +67,13 @@ impl Convex for SlantedCylinder {
     #[inline]
     fn chord(&self, o: DVec3, d: DVec3) -> Option<Chord> {
         let (so, sd) = self.sheared(o, d);
-        let (lo, hi) = match self.straight().side(so, sd) {
-            Side::Roots(lo, hi) => (lo, hi),
-            Side::Parallel(true) => (f64::NEG_INFINITY, f64::INFINITY),
-            Side::Parallel(false) | Side::Miss(_) => return None,
-        };
-        let mut c = plane::between(self.from, self.to, o.z, d.z)?;
-        if lo >= c.t_in {
-            (c.t_in, c.face_in) = (lo, ShapeFace::Side);
-        }
-        if hi <= c.t_out {
-            (c.t_out, c.face_out) = (hi, ShapeFace::Side);
-        }
-        (c.t_in < c.t_out).then_some(c)
+        self.straight().side(so, sd).between(|| plane::between(self.from, self.to, o.z, d.z))
     }
 
     #[inline]
     fn way_out(&self, o: DVec3, d: DVec3) -> (f64, ShapeFace) {
         let (so, sd) = self.sheared(o, d);
-        let side = match self.straight().side(so, sd) {
-            Side::Roots(_, hi) => hi,
-            Side::Parallel(_) => f64::INFINITY,
-            Side::Miss(mid) => 2.0 * mid,
-        };
+        let side = self.straight().side(so, sd).leave();
         match plane::leave(self.from, self.to, o.z, d.z) {
             (t, face) if t < side => (t, face),
             _ => (side, ShapeFace::Side),

@@ -16,7 +16,7 @@
 
 use super::flight::{self, Ahead, Asker, Space};
 use super::grid::{Item, Lattice, Lists, Walk};
-use super::place::{Group, Place};
+use super::place::{Displaced, Group, Place};
 use super::realise::{Boolean, RealiseError, is_endless, is_level, parts_of};
 use super::region::{Extent, Hull, Key, MOST, Region, Rule, pair_hollows};
 use super::{Part, next_in};
@@ -69,19 +69,6 @@ pub struct Entry {
 
 /// Displacements that are tried to start in a pore.
 const MOST_TRIES: u32 = 10_000;
-
-/// Where a ray is in a drum, displaced against the realisation.
-#[derive(Clone, Copy, Debug)]
-pub struct Here {
-    place: Place,
-    shift: DVec3,
-}
-
-impl Here {
-    fn shifted(&self, ray: &Ray) -> Ray {
-        Ray { origin: ray.origin + self.shift, dir: ray.dir }
-    }
-}
 
 /// Bodies of a [`Drum`] generated so far.
 #[derive(Default, Debug)]
@@ -160,7 +147,7 @@ impl Drum {
     }
 
     /// Medium that a ray is in where [`Universe::enter`], `moved`, `crossed` or `reflected` left it.
-    pub fn medium(&self, place: &Here, memory: &Grown) -> MediumId {
+    pub fn medium(&self, place: &Displaced, memory: &Grown) -> MediumId {
         self.rule().owner(place.place.inside.items(), |k| &memory.regions[k.region()]).medium
     }
 
@@ -227,8 +214,8 @@ impl Drum {
     }
 
     /// A ray that comes in at `shift` from where it seems to.
-    fn stand(&self, ray: &Ray, shift: DVec3, memory: &mut Grown) -> Start<Here> {
-        let mut here = Here { place: Place::new(*ray), shift };
+    fn stand(&self, ray: &Ray, shift: DVec3, memory: &mut Grown) -> Start<Displaced> {
+        let mut here = Displaced { place: Place::new(*ray), shift };
         here.place = flight::start(&mut self.view(memory), &here.shifted(ray));
         // More bodies than can be numbered: nothing is right from here on.
         here.place.lost |= memory.regions.len() >= MOST;
@@ -468,7 +455,7 @@ impl Space for Growing<'_> {
 
 impl Universe for Drum {
     type Memory = Grown;
-    type Place = Here;
+    type Place = Displaced;
 
     /// Bodies belong to the realisation, not to the history: one that is given is kept.
     fn forget(&self, memory: &mut Grown) {
@@ -484,7 +471,7 @@ impl Universe for Drum {
         }
     }
 
-    fn enter(&self, ray: &Ray, memory: &mut Grown, rng: &mut Stream) -> Start<Here> {
+    fn enter(&self, ray: &Ray, memory: &mut Grown, rng: &mut Stream) -> Start<Displaced> {
         let held = memory.of.filter(|of| of[2] == self.print).map(|of| of[1]);
         let realisation = self.realisation.or(held).unwrap_or_else(|| rng.bits());
         self.hold(memory, realisation);
@@ -502,26 +489,32 @@ impl Universe for Drum {
         }
     }
 
-    fn come_back(&self, ray: &Ray, place: &Here, memory: &mut Grown, _: &mut Stream) -> Start<Here> {
+    fn come_back(
+        &self,
+        ray: &Ray,
+        place: &Displaced,
+        memory: &mut Grown,
+        _: &mut Stream,
+    ) -> Start<Displaced> {
         self.stand(ray, place.shift, memory)
     }
 
     #[inline]
-    fn next(&self, ray: &Ray, here: &mut Here, memory: &mut Grown, limit: f64, _: &mut Stream) -> Next {
+    fn next(&self, ray: &Ray, here: &mut Displaced, memory: &mut Grown, limit: f64, _: &mut Stream) -> Next {
         let ray = here.shifted(ray);
         next_in(&mut self.view(memory), Some(self.model.sheet), &ray, &mut here.place, limit)
     }
 
-    fn moved(&self, ray: &Ray, here: &mut Here, memory: &mut Grown, d: f64) {
+    fn moved(&self, ray: &Ray, here: &mut Displaced, memory: &mut Grown, d: f64) {
         let ray = here.shifted(ray);
         flight::moved(&mut self.view(memory), &mut here.place, &ray, d);
     }
 
-    fn reflected(&self, ray: &Ray, here: &mut Here, _: &mut Grown, _at: &Interface) {
+    fn reflected(&self, ray: &Ray, here: &mut Displaced, _: &mut Grown, _at: &Interface) {
         here.place.turn_back(here.shifted(ray));
     }
 
-    fn crossed(&self, ray: &mut Ray, here: &mut Here, _: &mut Grown, _at: &Interface) {
+    fn crossed(&self, ray: &mut Ray, here: &mut Displaced, _: &mut Grown, _at: &Interface) {
         here.place.go_on(here.shifted(ray));
     }
 }

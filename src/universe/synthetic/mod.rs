@@ -19,16 +19,16 @@
 
 mod bvh;
 pub mod drum;
+pub mod ensemble;
 mod flight;
 mod grid;
 mod index;
 mod place;
 pub mod realise;
 mod region;
-pub mod repeated;
 
 pub use index::Search;
-pub use place::{CAPACITY, Place};
+pub use place::{CAPACITY, Displaced, Place};
 
 use super::shape::{Placed, Shape};
 use super::sheet::plane_ahead;

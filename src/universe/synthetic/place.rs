@@ -1,6 +1,7 @@
 //! Where a ray is among regions: the set that contains it, the surface just left, and what lies ahead.
 
 use super::region::{Event, Key};
+use crate::math::DVec3;
 use crate::universe::Ray;
 use arrayvec::ArrayVec;
 
@@ -230,5 +231,21 @@ impl Place {
     /// Whether the ray is in more regions than can be told: it goes on nowhere.
     pub fn is_lost(&self) -> bool {
         self.lost
+    }
+}
+
+/// Where a ray is in a universe that it finds displaced sideways.
+#[derive(Clone, Copy, Debug)]
+pub struct Displaced {
+    pub(super) place: Place,
+    /// From where the ray seems to be to where it is among the bodies, µm.
+    pub(super) shift: DVec3,
+}
+
+impl Displaced {
+    /// The ray among the bodies.
+    #[inline]
+    pub(super) fn shifted(&self, ray: &Ray) -> Ray {
+        Ray { origin: ray.origin + self.shift, dir: ray.dir }
     }
 }
