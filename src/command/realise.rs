@@ -3,7 +3,7 @@
 use super::{Failure, SceneArgs, heading, load};
 use crate::report::{mesh, write_atomic};
 use crate::scene::media::Media;
-use crate::scene::model::Cell;
+use crate::scene::model::{Cell, Edges, StartIn};
 use crate::scene::{Scene, Universe, realise, written};
 use crate::study::characterise::bodies::BodyParts;
 use crate::study::characterise::lines;
@@ -138,7 +138,8 @@ fn draw_sheet(realised: &crate::scene::Realised, scene: &Scene, how: &RealiseArg
             [seed, number],
             how.cell,
         )?;
-        let cell = Cell { period: universe.period(), planes, overlap: Overlap::Union };
+        let cell =
+            Cell { period: universe.period(), planes, overlap: Overlap::Union, start: StartIn::Anywhere };
         return Ok(Drawn { universe, cell, media });
     }
     let (model, _) = realise::model(realised, scene, &mut media)?;
@@ -148,7 +149,9 @@ fn draw_sheet(realised: &crate::scene::Realised, scene: &Scene, how: &RealiseArg
     let universe = model
         .cell([side; 2], scene.run.seed, how.realisation)
         .map_err(|e| format!("{e} (a periodic cell wants bodies with an end: ends=\"flat\" and a length)"))?;
-    let cell = Cell { period: [side; 2], planes: model.sheet, overlap: model.overlap };
+    let sheet = &realised.sheet;
+    let start = if sheet.edges == Edges::Cut { sheet.start } else { StartIn::Anywhere };
+    let cell = Cell { period: [side; 2], planes: model.sheet, overlap: model.overlap, start };
     Ok(Drawn { universe, cell, media })
 }
 

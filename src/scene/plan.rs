@@ -72,7 +72,10 @@ impl Plan {
                 let u = synthetic::universe(s).map_err(|e| e.to_string())?;
                 notes.extend(s.cell.map(|_| u.describe_search()));
                 let universe = match s.cell {
-                    Some(_) => AnyUniverse::Ensemble(Ensemble::new(vec![u], 1)),
+                    Some(cell) => {
+                        let in_pores = cell.start == model::StartIn::Pore;
+                        AnyUniverse::Ensemble(Ensemble::new(vec![u], 1).from_pores(in_pores))
+                    }
                     None => AnyUniverse::Synthetic(u),
                 };
                 (universe, Vec::new(), extent(s))

@@ -2,7 +2,7 @@
 
 use super::document;
 use super::media::{Media, Origin};
-use super::model::{Cell, Scene};
+use super::model::{Cell, Scene, StartIn};
 use crate::math::DVec3;
 use crate::universe::shape::{Placed, Shape};
 use crate::universe::synthetic::Part;
@@ -41,8 +41,9 @@ pub fn explicit(
         Overlap::Priority => "priority",
         Overlap::Forbid => "forbid",
     };
+    let start = if cell.start == StartIn::Pore { " start=\"pore\"" } else { "" };
     let mut out = format!(
-        "<universe kind=\"synthetic\" outside=\"{}\" overlap=\"{overlap}\">\n    <cell period=\"{px} {py} um\" \
+        "<universe kind=\"synthetic\" outside=\"{}\" overlap=\"{overlap}\"{start}>\n    <cell period=\"{px} {py} um\" \
          bottom=\"{bottom} um\" top=\"{top} um\"/>\n",
         material(pore)
     );

@@ -50,9 +50,11 @@ impl Reading<'_> {
             Some("forbid") => Overlap::Forbid,
             _ => Overlap::Union,
         };
+        let start = if universe.text("start") == Some("pore") { StartIn::Pore } else { StartIn::Anywhere };
+        let planes = [bottom, top];
         match period[..] {
-            [p] => Some(Cell { period: [p; 2], planes: [bottom, top], overlap }),
-            [x, y] => Some(Cell { period: [x, y], planes: [bottom, top], overlap }),
+            [p] => Some(Cell { period: [p; 2], planes, overlap, start }),
+            [x, y] => Some(Cell { period: [x, y], planes, overlap, start }),
             _ => {
                 self.error(e.place("period"), "expected one or two edges");
                 None

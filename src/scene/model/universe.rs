@@ -303,6 +303,8 @@ pub struct Cell {
     pub planes: [f64; 2],
     /// Who owns what several bodies cover.
     pub overlap: Overlap,
+    /// Where light may start.
+    pub start: StartIn,
 }
 
 /// An explicit scene.

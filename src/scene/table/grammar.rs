@@ -123,7 +123,7 @@ const UNIVERSE: &[A] = &[
     w("rate", Choice(&["matched", "boolean"]), Optional, "Statistical, memory `none`: rate that keeps mass or surface; without it `matched` for bodies that light enters, `boolean` for opaque ones."),
     w("overlap", Choice(&["union", "priority", "forbid"]), Default("union"), "Statistical, realised and cells: where bodies overlap a point is solid if any wall covers it, or one body rules, or bodies do not overlap (an approximation of hard packing)."),
     w("edges", Choice(&["cut", "contained"]), Default("contained"), "Statistical: an unbounded medium cut by the faces, or bodies wholly between them."),
-    w("start", Choice(&["anywhere", "pore"]), Default("anywhere"), "Statistical, edges `cut`: light enters inside bodies too, or through pores only."),
+    w("start", Choice(&["anywhere", "pore"]), Default("anywhere"), "Edges `cut`, and cells of bodies: light enters inside bodies too, or through pores only."),
     w("outside", Reference("material"), Optional, "Medium around everything; without it the material with id `air`."),
     a("backing", Number(Q::Fraction), SHARE, Optional, "As on <sheet>."),
 ];

@@ -16,7 +16,7 @@
 
 use super::flight::{self, Ahead, Asker, Space};
 use super::grid::{Item, Lattice, Lists, Walk};
-use super::place::{Displaced, Group, Place};
+use super::place::{Displaced, Group, MOST_TRIES, Place};
 use super::realise::{Boolean, RealiseError, is_endless, is_level, parts_of};
 use super::region::{Extent, Hull, Key, MOST, Region, Rule, pair_hollows};
 use super::{Part, next_in};
@@ -66,9 +66,6 @@ pub struct Entry {
     /// Where it comes into a body it is displaced again: light starts in pores.
     pub from_pores: bool,
 }
-
-/// Displacements that are tried to start in a pore.
-const MOST_TRIES: u32 = 10_000;
 
 /// Bodies of a [`Drum`] generated so far.
 #[derive(Default, Debug)]
@@ -480,9 +477,7 @@ impl Universe for Drum {
             let mut away = || if self.spread > 0.0 { 2.0 * rng.uniform() - 1.0 } else { 0.0 };
             let shift = DVec3::new(away(), away(), 0.0) * self.spread;
             let start = self.stand(ray, shift, memory);
-            // A lumen is no pore, though its medium be the same.
-            let in_pore = start.place.place.inside.items().is_empty();
-            if !self.from_pores || in_pore || tries == MOST_TRIES {
+            if !self.from_pores || start.place.in_pore() || tries == MOST_TRIES {
                 return start;
             }
             tries += 1;

@@ -1,6 +1,6 @@
 //! Cells of bodies that repeat themselves sideways, met anywhere: one, or several realisations in turn.
 
-use super::place::Displaced;
+use super::place::{Displaced, MOST_TRIES};
 use super::{Place, SyntheticUniverse};
 use crate::math::DVec3;
 use crate::rng::Stream;
@@ -13,6 +13,7 @@ pub struct Ensemble {
     cells: Vec<SyntheticUniverse>,
     /// Histories in succession that meet the same one.
     shared: u64,
+    from_pores: bool,
 }
 
 /// Number of the realisation that the present history meets.
@@ -23,7 +24,12 @@ impl Ensemble {
     /// `cells` (at least one; those without periods stand still), met in turn by `shared` histories each.
     pub fn new(cells: Vec<SyntheticUniverse>, shared: u64) -> Self {
         assert!(!cells.is_empty(), "an ensemble of nothing");
-        Ensemble { cells, shared: shared.max(1) }
+        Ensemble { cells, shared: shared.max(1), from_pores: false }
+    }
+
+    /// The same, but where light would come into a body it is displaced again: it starts in pores.
+    pub fn from_pores(self, from_pores: bool) -> Self {
+        Ensemble { from_pores, ..self }
     }
 
     /// The realisations.
@@ -54,8 +60,15 @@ impl Universe for Ensemble {
 
     fn enter(&self, ray: &Ray, held: &mut Held, rng: &mut Stream) -> Start<Displaced> {
         let [x, y] = self.cells[held.0].period();
-        let shift = DVec3::new(x * rng.uniform(), y * rng.uniform(), 0.0);
-        self.come_back(ray, &Displaced { place: Place::new(*ray), shift }, held, rng)
+        let mut tries = 0;
+        loop {
+            let shift = DVec3::new(x * rng.uniform(), y * rng.uniform(), 0.0);
+            let start = self.come_back(ray, &Displaced { place: Place::new(*ray), shift }, held, rng);
+            if !self.from_pores || start.place.in_pore() || tries == MOST_TRIES {
+                return start;
+            }
+            tries += 1;
+        }
     }
 
     fn come_back(&self, ray: &Ray, here: &Displaced, held: &mut Held, rng: &mut Stream) -> Start<Displaced> {

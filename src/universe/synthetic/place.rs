@@ -234,6 +234,9 @@ impl Place {
     }
 }
 
+/// Displacements that are tried to start in a pore.
+pub(super) const MOST_TRIES: u32 = 10_000;
+
 /// Where a ray is in a universe that it finds displaced sideways.
 #[derive(Clone, Copy, Debug)]
 pub struct Displaced {
@@ -243,6 +246,12 @@ pub struct Displaced {
 }
 
 impl Displaced {
+    /// Whether no body is around the ray. A lumen is no pore, though its medium be the same.
+    #[inline]
+    pub(super) fn in_pore(&self) -> bool {
+        self.place.inside.items().is_empty()
+    }
+
     /// The ray among the bodies.
     #[inline]
     pub(super) fn shifted(&self, ray: &Ray) -> Ray {
