@@ -17,7 +17,7 @@ fn shipped(name: &str) -> Scene {
 }
 
 /// Biases at g = .9, per cent. At the pole those of the design: 11.8 / 2.53 / .60, uniform directions 14.9 /
-/// 3.32 / .80. About a random axis the exact mean over all axes: 5.21 / 1.31 / .327, uniform directions twice
+/// 3.32 / .80. About a random axis the exact mean over all axes: 5.21 / 1.31 / .328, uniform directions twice
 /// that (the design's 4.9 / 1.27 / .32 are the mean over some axes: single axes lie between 4.5 and 11.8 at
 /// nside 4). Density directions: none.
 #[test]
@@ -37,7 +37,7 @@ fn biases_of_patches() {
     // About a random axis, without the integrals: the drawn direction is uniform over the sphere, and only the
     // way from it to its patch's centre counts.
     let mut rng = Stream::of(1, 2, 3, Purpose::Probe);
-    for (nside, design) in [(4, 4.9), (8, 1.27), (16, 0.32)] {
+    for (nside, mean) in [(4, 5.21), (8, 1.31), (16, 0.328)] {
         let hp = Healpix::new(nside).unwrap();
         let mut m = Moments::default();
         for _ in 0..400_000 {
@@ -53,7 +53,8 @@ fn biases_of_patches() {
             r.bias,
             m.mean()
         );
-        assert!((100.0 * r.bias / design - 1.0).abs() < 0.07, "{nside}: {}", r.bias);
+        let last = if mean > 1.0 { 0.0051 } else { 0.00051 };
+        assert!((100.0 * r.bias - mean).abs() < last, "{nside}: {}", 100.0 * r.bias);
         let twice = find(nside, "random", "uniform").bias / r.bias;
         assert!((1.98..=2.0).contains(&twice), "{twice}");
     }

@@ -50,7 +50,7 @@ fn figures(folder: &Path, text: &str, histories: u64) -> Vec<(String, f64, f64)>
         .collect()
 }
 
-const SHEETS: [Sheet; 3] = [
+const SHEETS: [Sheet; 4] = [
     Sheet {
         name: "round, without end, cut, diffuse light",
         universe: r#"edges="cut""#,
@@ -64,6 +64,13 @@ const SHEETS: [Sheet; 3] = [
         height: "8 um",
         fibres: r#"width="3 um" flatness="0.4" wall="0.25 um" length="20 um" ends="flat" roll="flat" volume-fraction="0.4""#,
         source: r#"kind="collimated""#,
+    },
+    Sheet {
+        name: "flat, of finite length, contained, diffuse light",
+        universe: r#"edges="contained""#,
+        height: "8 um",
+        fibres: r#"width="3 um" flatness="0.4" wall="0.25 um" length="20 um" ends="flat" roll="flat" volume-fraction="0.4""#,
+        source: r#"kind="diffuse""#,
     },
     Sheet {
         name: "flat, from pores, slanted light, priority",

@@ -43,9 +43,13 @@ impl GroupResult {
     /// Moments of a cell at the group's `lane`-th wavelength.
     pub fn moments(&self, cell: usize, lane: usize) -> Moments {
         let lanes = self.layout.lanes;
+        let own = self.node.moments(cell, lane, lanes);
         match self.layout.realisations {
-            Some(_) if self.node.replicas.len() > 1 => self.node.by_replica(cell, lane, lanes),
-            _ => self.node.moments(cell, lane, lanes),
+            // Of what nothing was counted, the histories tell how rare it is, not the realisations.
+            Some(_) if self.node.replicas.len() > 1 && own.mean() != 0.0 => {
+                self.node.by_replica(cell, lane, lanes)
+            }
+            _ => own,
         }
     }
 
