@@ -154,12 +154,19 @@ enum Command {
         #[command(flatten)]
         scene: SceneOptions,
         /// homogeneous, markov, none, a number of flights, full (memory of the statistical universe), boolean
-        /// and deposited (explicit realisations), scene (as written) [default: all that the scene allows]
+        /// and deposited (explicit realisations), bodies and voxels (one and the same realisation in a periodic
+        /// cell), scene (as written) [default: all that the scene allows]
         #[arg(long, value_delimiter = ',', value_parser = Entry::parse)]
         universes: Vec<Entry>,
         /// Another scene to hold beside; several allowed
         #[arg(long, value_name = "SCENE")]
         with: Vec<PathBuf>,
+        /// Edge of the voxels of universe voxels, as in 0.5um
+        #[arg(long, value_name = "LENGTH", value_parser = length)]
+        voxel: Option<f64>,
+        /// Edge of the cell of bodies and voxels [default: 2.2 lengths of the longest body, 20 thicknesses]
+        #[arg(long, value_name = "LENGTH", value_parser = length)]
+        cell: Option<f64>,
         /// Name of the reference [default: boolean, else full, else the first]
         #[arg(long)]
         reference: Option<String>,
@@ -424,6 +431,8 @@ fn main() -> ExitCode {
             scene,
             universes,
             with,
+            voxel,
+            cell,
             reference,
             margin,
             error,
@@ -436,7 +445,11 @@ fn main() -> ExitCode {
             let time = how.max_time.unwrap_or(Duration::from_secs(480));
             let options = Options { margin, error, histories, shared, time, reference };
             let args = RunArgs { out, force, ..how.into_args() };
-            command::compare(&scene.into_args(), &args, &CompareArgs { universes, with, options })
+            command::compare(
+                &scene.into_args(),
+                &args,
+                &CompareArgs { universes, with, voxel, cell, options },
+            )
         }
         Command::Check { scene, structure, out } => {
             let args = scene.into_args();

@@ -83,6 +83,32 @@ fn one_sheet_as_bodies_and_as_voxels() {
     assert!((rb - r).abs() < 0.06);
 }
 
+/// `compare` makes the realisation itself: the same bodies, as they are and as voxels, beside the ensemble.
+#[test]
+fn a_comparison_of_statistics_bodies_and_voxels() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("sheet.xml"), SHEET).unwrap();
+    let wanted = "compare sheet.xml --universes full,bodies,voxels --reference bodies --quiet -o out";
+    let mut args: Vec<&str> = wanted.split(' ').collect();
+    let refused = lightpro(folder.path(), &args);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(told(&refused).contains("--voxel 0.5um"), "{}", told(&refused));
+    args.extend(["--voxel", "0.25 um", "--cell", "0.15 mm", "--max-time", "60 s"]);
+    let out = lightpro(folder.path(), &args);
+    assert!(out.status.success(), "{}", told(&out));
+    let out = folder.path().join("out");
+    let verdicts = std::fs::read_to_string(out.join("verdicts.csv")).unwrap();
+    let of = |universe: &str| verdicts.lines().filter(|l| l.starts_with(universe)).count();
+    assert!(of("full") > 0 && of("full") == of("voxels") && of("bodies") == 0, "{verdicts}");
+    let text = std::fs::read_to_string(out.join("compare.json")).unwrap();
+    let json: serde_json::Value = serde_json::from_str(&text).unwrap();
+    println!("{verdicts}{}", json["reference"]);
+    assert_eq!(json["reference"], "bodies");
+    for file in ["realisation.xml", "realisation-voxels.nrrd", "realisation.vtp", "report.html"] {
+        assert!(out.join(file).is_file(), "{file}");
+    }
+}
+
 /// The mesh holds every body: two rings of a fibre's outside and two of its lumen, and the rings of spheres.
 #[test]
 fn a_mesh_of_all_bodies() {

@@ -1,13 +1,15 @@
 //! `compare`: the same sheet in several universes, into a folder.
 
+use super::realise::{self, RealiseArgs};
 use super::run::{default_folder, manifest};
 use super::{Failure, Finished, RunArgs, SceneArgs, heading, load, say};
 use crate::report::html::{Part, Report};
-use crate::report::{self, RunFolder, csv};
+use crate::report::{self, RunFolder, csv, write_atomic};
 use crate::run::clock::processor_seconds;
+use crate::scene::Scene;
 use crate::study::compare::{Comparison, Entry, Options, compare as held};
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// What `compare` was asked to do.
@@ -17,6 +19,10 @@ pub struct CompareArgs {
     pub universes: Vec<Entry>,
     /// Other scenes to hold beside.
     pub with: Vec<PathBuf>,
+    /// Edge of the voxels of `voxels`, µm.
+    pub voxel: Option<f64>,
+    /// Edge of the periodic cell of `bodies` and `voxels`, µm.
+    pub cell: Option<f64>,
     /// How.
     pub options: Options,
 }
@@ -28,18 +34,26 @@ pub struct CompareArgs {
 pub fn compare(scene_args: &SceneArgs, args: &RunArgs, asked: &CompareArgs) -> Result<(), Failure> {
     let started = (Instant::now(), processor_seconds());
     let (scene, _) = load(scene_args)?;
+    if asked.universes.contains(&Entry::Voxels) && asked.voxel.is_none() {
+        let way = "--voxel 0.5um (a third of the thinnest wall, or less)";
+        return Err(Failure::Input(format!("error: universe `voxels` needs the edge of a voxel: {way}")));
+    }
     let mut others = Vec::new();
     for path in &asked.with {
         let (other, _) = load(&SceneArgs { path: path.clone(), ..scene_args.clone() })?;
         others.push((Entry::Other(path.clone()).to_string(), other));
     }
     let mut entries = asked.universes.clone();
-    if entries.is_empty() {
-        entries = if others.is_empty() { Entry::all(&scene) } else { vec![Entry::Written] };
+    if entries.is_empty() && others.is_empty() {
+        entries = Entry::all(&scene);
+    } else if entries.is_empty() {
+        entries = vec![Entry::Written];
     }
     let out = args.out.clone().unwrap_or_else(|| default_folder(&scene.path).with_extension("compare"));
     let unwritten = |e: io::Error| Failure::Input(format!("error: results folder {}: {e}", out.display()));
     let folder = RunFolder::create(&out, args.force).map_err(unwritten)?;
+    others.extend(realised(scene_args, asked, folder.path())?);
+    entries.retain(|e| !matches!(e, Entry::Bodies | Entry::Voxels));
     let talk = !args.quiet && !args.json;
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(args.threads)
@@ -61,6 +75,27 @@ pub fn compare(scene_args: &SceneArgs, args: &RunArgs, asked: &CompareArgs) -> R
         say(&format!("{}\n{found}\n{}\nresults in {}", heading(&scene), found.price_text(), out.display()))?;
     }
     Ok(())
+}
+
+/// The realisation that `bodies` and `voxels` are: written into the folder, and read as scenes.
+fn realised(scene: &SceneArgs, asked: &CompareArgs, folder: &Path) -> Result<Vec<(String, Scene)>, Failure> {
+    let wants = |e: Entry| asked.universes.contains(&e);
+    if !wants(Entry::Bodies) && !wants(Entry::Voxels) {
+        return Ok(Vec::new());
+    }
+    let voxel = asked.voxel.filter(|_| wants(Entry::Voxels));
+    let stem = folder.join("realisation");
+    let how = RealiseArgs { out: Some(stem), voxel, cell: asked.cell, force: true, ..RealiseArgs::default() };
+    let told = realise::realise(scene, &how)?;
+    write_atomic(&folder.join("realisation.txt"), told.as_bytes())
+        .map_err(|e| Failure::Input(format!("error: {}: {e}", folder.display())))?;
+    let read = |name: &str, file: &str| {
+        let args = SceneArgs { path: folder.join(file), ..scene.clone() };
+        Ok((name.to_owned(), load(&args)?.0))
+    };
+    let bodies = wants(Entry::Bodies).then(|| read("bodies", "realisation.xml"));
+    let voxels = wants(Entry::Voxels).then(|| read("voxels", "realisation-voxels.xml"));
+    bodies.into_iter().chain(voxels).collect()
 }
 
 fn write(folder: &RunFolder, found: &Comparison, args: &RunArgs, started: (Instant, f64)) -> io::Result<()> {

@@ -7,6 +7,7 @@ use super::look;
 use super::surface::{Fate, Meeting};
 use crate::math::{DVec3, fast};
 use crate::rng::Stream;
+use crate::universe::sheet::Room;
 use crate::universe::{Face, Interface, MediumId, Next, Ray, Universe};
 
 /// What a run holds fixed for all histories of a wavelength group.
@@ -69,6 +70,13 @@ pub trait Scorer<const N: usize> {
     /// A step of length `distance` in `medium` from the path's present position; `absorbed` is the power
     /// that stays there.
     fn step<P>(&mut self, _path: &Path<P, N>, _distance: f64, _mu_a: &[f64; N], _absorbed: &[f64; N]) {}
+    /// Of flights and subsurface events, only the power left behind matters: [`Scorer::took`] may stand for
+    /// [`Scorer::step`] and [`Scorer::scattered`].
+    fn hears_totals_only(&self) -> bool {
+        false
+    }
+    /// Power left behind in a medium by a path that was never out of the first sheet (`single`).
+    fn took(&mut self, _medium: MediumId, _single: bool, _absorbed: &[f64; N]) {}
     /// A subsurface event; true: next-event estimation looks from here.
     fn scattered<P>(&mut self, _path: &Path<P, N>) -> bool {
         false
@@ -148,9 +156,9 @@ pub fn trace<U: Universe, S: Scorer<N>, const N: usize>(
         world.universe.forget(&mut h.memory);
     }
     world.universe.begin(&mut h.memory, h.number);
-    let start = world.universe.enter(&ray, &mut h.memory, rng);
-    let mut path =
-        Path { ray, place: start.place, medium: start.medium, power: [1.0; N], sheet: 0, deepest: 0 };
+    let place = U::Place::default();
+    let mut path = Path { ray, place, medium: MediumId(0), power: [1.0; N], sheet: 0, deepest: 0 };
+    path.medium = world.universe.enter_into(&ray, &mut path.place, &mut h.memory, rng);
     if N > 1
         && let Some(full) = world.full
     {
@@ -196,11 +204,18 @@ fn stay<U: Universe, S: Scorer<N>, const N: usize>(
     rng: &mut Stream,
 ) -> bool {
     let medium = &world.light.media[usize::from(path.medium.0)];
+    let room = world.universe.room(&path.place);
+    let quick = room != Room::NONE && !world.analog && tally.hears_totals_only();
     loop {
-        if !counted(world, path, h) {
-            return false;
-        }
-        let free = medium.free_path(rng);
+        let free = if quick {
+            let Some(free) = wander(world, medium, room, path, h, tally, rng) else { return false };
+            free
+        } else {
+            if !counted(world, path, h) {
+                return false;
+            }
+            medium.free_path(rng)
+        };
         let next = world.universe.next(&path.ray, &mut path.place, &mut h.memory, free, rng);
         match &next {
             Next::Limit => {
@@ -233,6 +248,60 @@ fn stay<U: Universe, S: Scorer<N>, const N: usize>(
             }
         }
     }
+}
+
+/// Flights in a [`Room`] where nobody listens: the same draws and the same sums as in [`stay`], with the
+/// ray in registers. The free path of the flight that leaves the room; `None` if the ray ends.
+#[inline(always)]
+fn wander<U: Universe, S: Scorer<N>, const N: usize>(
+    world: &World<U, N>,
+    medium: &Medium<N>,
+    room: Room,
+    path: &mut Path<U::Place, N>,
+    h: &mut History<U, N>,
+    tally: &mut S,
+    rng: &mut Stream,
+) -> Option<f64> {
+    let Ray { mut origin, mut dir } = path.ray;
+    let (mut power, mut sum) = (path.power, h.ledger.absorbed);
+    let (place, single) = (path.medium, path.single());
+    let mut events = h.events;
+    let mut alive = true;
+    let left = loop {
+        events += 1;
+        let free = medium.free_path(rng);
+        let end = origin + dir * free;
+        let inside = room.bottom < end.z && end.z < room.top;
+        if !inside | (events > world.event_cap) {
+            break free;
+        }
+        let turned = medium.scatter(dir, rng);
+        if medium.absorbs {
+            let mut taken = fast::one_minus_exp_neg_each(&scaled(&medium.mu_a, free));
+            for i in 0..N {
+                taken[i] *= power[i];
+                sum[i] += taken[i];
+                power[i] -= taken[i];
+            }
+            tally.took(place, single, &taken);
+        }
+        (origin, dir) = (end, turned);
+        if largest(&power) < world.roulette {
+            path.power = power;
+            alive = roulette(world, path, h, rng);
+            power = path.power;
+            if !alive {
+                break free;
+            }
+        }
+    };
+    (path.ray, path.power) = (Ray { origin, dir }, power);
+    (h.ledger.absorbed, h.events) = (sum, events);
+    if alive && events > world.event_cap {
+        add(&mut h.ledger.truncated, &path.power);
+        alive = false;
+    }
+    alive.then_some(left)
 }
 
 /// The last flight before a face of the sheet, and what happens there.

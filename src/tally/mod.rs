@@ -294,14 +294,21 @@ impl<'a, const N: usize> Tally<'a, N> {
 impl<const N: usize> Scorer<N> for Tally<'_, N> {
     #[inline]
     fn step<P>(&mut self, path: &Path<P, N>, distance: f64, mu_a: &[f64; N], absorbed: &[f64; N]) {
-        if !path.single() {
-            return;
-        }
-        if absorbed[0] > 0.0 || N > 1 && absorbed.iter().any(|&x| x > 0.0) {
-            self.score(self.layout.absorbed(path.medium), absorbed);
-        }
-        if self.steps {
+        self.took(path.medium, path.single(), absorbed);
+        if self.steps && path.single() {
             self.score_step(path, distance, mu_a, absorbed);
+        }
+    }
+
+    #[inline]
+    fn hears_totals_only(&self) -> bool {
+        !self.steps && !self.events_heard
+    }
+
+    #[inline]
+    fn took(&mut self, medium: MediumId, single: bool, absorbed: &[f64; N]) {
+        if single && (absorbed[0] > 0.0 || N > 1 && absorbed.iter().any(|&x| x > 0.0)) {
+            self.score(self.layout.absorbed(medium), absorbed);
         }
     }
 

@@ -19,9 +19,10 @@ pub mod voxel;
 
 use crate::math::DVec3;
 use crate::rng::Stream;
+use sheet::Room;
 
 /// Medium: index into the scene's materials.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct MediumId(pub u16);
 
 /// Surface law: index into the scene's surfaces; 0 is the smooth surface.
@@ -38,7 +39,7 @@ impl SurfaceId {
 pub struct BodyId(pub u32);
 
 /// A straight ray: origin in µm, unit direction.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Ray {
     /// Where it starts, µm.
     pub origin: DVec3,
@@ -77,9 +78,10 @@ fn against(dir: DVec3, normal: DVec3) -> DVec3 {
 }
 
 /// Outer faces of a sheet, or the far away of an unbounded scene (by the sign of the direction's z).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Face {
     /// z = thickness: where light comes from.
+    #[default]
     Top,
     /// z = 0.
     Bottom,
@@ -159,8 +161,8 @@ pub struct Start<P> {
 pub trait Universe: Sync {
     /// Per history: bodies met, segments traced; append-only, cleared between histories.
     type Memory: Default + Send;
-    /// Where a ray is: a small value, or a node in `Memory`.
-    type Place: Copy + Send;
+    /// Where a ray is: a small value, or a node in `Memory`. The default is nowhere, and must be entered.
+    type Place: Copy + Default + Send;
 
     /// Clears the memory before a history; nothing is freed.
     fn forget(&self, memory: &mut Self::Memory);
@@ -182,6 +184,19 @@ pub trait Universe: Sync {
     /// A ray enters from outside (or starts anywhere inside an unbounded scene).
     fn enter(&self, ray: &Ray, memory: &mut Self::Memory, rng: &mut Stream) -> Start<Self::Place>;
 
+    /// [`Universe::enter`] into a place that exists already, which the loop need not copy. The medium.
+    fn enter_into(
+        &self,
+        ray: &Ray,
+        place: &mut Self::Place,
+        memory: &mut Self::Memory,
+        rng: &mut Stream,
+    ) -> MediumId {
+        let start = self.enter(ray, memory, rng);
+        *place = start.place;
+        start.medium
+    }
+
     /// The ray that left by a face comes back into the same sheet at `ray` (a backing in optical contact).
     /// Universes that forget draw the place anew.
     fn come_back(
@@ -192,6 +207,13 @@ pub trait Universe: Sync {
         rng: &mut Stream,
     ) -> Start<Self::Place> {
         self.enter(ray, memory, rng)
+    }
+
+    /// Room without bodies around `place`: a flight that ends at a height strictly between the two meets
+    /// nothing on its way, as [`Universe::next`] would say, and need not ask it. Empty where bodies are, or
+    /// where the universe does not know.
+    fn room(&self, _place: &Self::Place) -> Room {
+        Room::NONE
     }
 
     /// The next interface, edge or nothing within `limit` (µm, may be infinite).

@@ -15,6 +15,20 @@ pub struct Slab {
     pub surface: SurfaceId,
 }
 
+/// Heights between which nothing is met, µm; see [`super::Universe::room`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Room {
+    /// Upper plane.
+    pub top: f64,
+    /// Lower plane.
+    pub bottom: f64,
+}
+
+impl Room {
+    /// No room at all.
+    pub const NONE: Room = Room { top: f64::NEG_INFINITY, bottom: f64::INFINITY };
+}
+
 /// Distance along `ray` to the plane ahead and which one it is: (z_plane − z)/u_z, never negative;
 /// infinite for a ray in the plane. Every universe uses this one expression, so that the same slab
 /// gives the same bits in each.

@@ -6,7 +6,7 @@ use lightpro::law::Tilt;
 use lightpro::math::DVec3;
 use lightpro::universe::statistical::amount::{Rule, Target};
 use lightpro::universe::statistical::{Rung, StatisticalUniverse};
-use lightpro::universe::{Next, Ray, Universe};
+use lightpro::universe::{MediumId, Next, Ray, Universe};
 
 fn sheets() -> Vec<(&'static str, StatisticalUniverse)> {
     let hollow = |contained| Sheet {
@@ -21,6 +21,7 @@ fn sheets() -> Vec<(&'static str, StatisticalUniverse)> {
         ("markov", Sheet { rung: Rung::Markov, ..hollow(false) }.build()),
         ("homogeneous", Sheet { rung: Rung::Homogeneous, start_in_bodies: false, ..hollow(false) }.build()),
         ("isotropic", Sheet { tilt: Tilt::Isotropic, ..hollow(false) }.build()),
+        ("no bodies", plain_sheet(vec![plain(8.0, 3.0, MediumId(1)), plain(3.0, 0.0, MediumId(2))])),
         ("spheres", Sheet::spheres(1.0, Target::Body(0.2), 8.0).build()),
     ]
 }
@@ -38,7 +39,7 @@ fn walks_keep_the_contract() {
 pub fn keeps_contract<U: Universe>(name: &str, universe: &U, walks: u64) {
     let mut memory = U::Memory::default();
     {
-        let (mut events, mut worst_unit) = (0_u64, 0.0_f64);
+        let (mut events, mut worst_unit, mut roomy) = (0_u64, 0.0_f64, 0_u64);
         for number in 0..walks {
             universe.forget(&mut memory);
             let mut rng = stream(number);
@@ -50,6 +51,10 @@ pub fn keeps_contract<U: Universe>(name: &str, universe: &U, walks: u64) {
                 let next = universe.next(&ray, &mut place, &mut memory, limit, &mut rng);
                 let again = universe.next(&ray, &mut place, &mut memory, limit, &mut rng);
                 assert_eq!(next, again, "{name}: asked twice");
+                let (room, end) = (universe.room(&place), ray.origin.z + ray.dir.z * limit);
+                let within = room.bottom < end && end < room.top;
+                assert!(!within || next == Next::Limit, "{name}: {next:?} in a room");
+                roomy += u64::from(within);
                 match next {
                     Next::Interface(at) => {
                         assert!(
@@ -85,6 +90,7 @@ pub fn keeps_contract<U: Universe>(name: &str, universe: &U, walks: u64) {
                 }
             }
         }
+        assert_eq!(roomy > 0, name == "no bodies", "{name}: {roomy} flights in a room");
         println!("{name}: {events} events, |n|² − 1 up to {worst_unit:.1e}");
         assert!(worst_unit < 1e-12 && events > 2 * walks);
     }

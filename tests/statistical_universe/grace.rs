@@ -47,7 +47,7 @@ struct Double {
     always: bool,
 }
 
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 struct Here {
     from_surface: bool,
     next: Option<(Option<f64>, Option<Encounter>)>,

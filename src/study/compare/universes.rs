@@ -25,12 +25,18 @@ pub enum Entry {
     Boolean,
     /// Explicit sheets of fibres laid down one by one, as the scene's <realise> says or with its defaults.
     Deposited,
+    /// One realisation body by body in a periodic cell, as `realise` writes it; a scene of its own, which the
+    /// caller makes.
+    Bodies,
+    /// The same realisation as labelled voxels.
+    Voxels,
     /// Another scene.
     Other(PathBuf),
 }
 
 impl Entry {
-    /// `scene`, `homogeneous`, `markov`, `none`, a number of flights, `full`, `boolean` or `deposited`.
+    /// `scene`, `homogeneous`, `markov`, `none`, a number of flights, `full`, `boolean`, `deposited`, `bodies`
+    /// or `voxels`.
     ///
     /// # Errors
     /// What is expected.
@@ -43,11 +49,14 @@ impl Entry {
             "full" => Entry::Rung(Memory::Full),
             "boolean" => Entry::Boolean,
             "deposited" => Entry::Deposited,
+            "bodies" => Entry::Bodies,
+            "voxels" => Entry::Voxels,
             k => match k.parse::<u32>() {
                 Ok(k) if (1..=1000).contains(&k) => Entry::Rung(Memory::Last(k)),
                 _ => {
                     return Err(format!(
-                        "no universe `{k}`: scene, homogeneous, markov, none, 1, 2, 4 …, full, boolean, deposited"
+                        "no universe `{k}`: scene, homogeneous, markov, none, 1, 2, 4 …, full, boolean, deposited, bodies, \
+                         voxels"
                     ));
                 }
             },
@@ -77,6 +86,9 @@ impl Entry {
         let only = || format!("`{self}` needs a sheet that is known by its statistics");
         match self {
             Entry::Written | Entry::Other(_) => {}
+            Entry::Bodies | Entry::Voxels => {
+                return Err(format!("`{self}` is one realisation in files of its own: `lightpro realise`"));
+            }
             Entry::Rung(memory) => match &scene.universe {
                 Universe::Mixture(m) => {
                     out.universe = Universe::Mixture(crate::scene::Mixture { memory: *memory, ..m.clone() });
@@ -127,6 +139,8 @@ impl fmt::Display for Entry {
             Entry::Rung(Memory::Last(k)) => write!(f, "{k}"),
             Entry::Boolean => f.write_str("boolean"),
             Entry::Deposited => f.write_str("deposited"),
+            Entry::Bodies => f.write_str("bodies"),
+            Entry::Voxels => f.write_str("voxels"),
             Entry::Other(path) => {
                 write!(
                     f,
@@ -144,7 +158,8 @@ mod tests {
 
     #[test]
     fn words_are_read_and_written() {
-        for word in ["scene", "homogeneous", "markov", "none", "full", "boolean", "deposited", "1", "8"] {
+        let words = "scene homogeneous markov none full boolean deposited bodies voxels 1 8";
+        for word in words.split(' ') {
             assert_eq!(Entry::parse(word).unwrap().to_string(), word);
         }
         for bad in ["", "0", "-1", "half", "1e9"] {

@@ -20,7 +20,7 @@ pub struct Plane {
 }
 
 /// A layer known in part or whole.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Layer {
     /// Its phase.
     pub phase: u16,
@@ -70,7 +70,7 @@ impl Memory {
 }
 
 /// Layers on one side, nearest first.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct List {
     head: u32,
     len: u32,
@@ -81,7 +81,7 @@ impl List {
 }
 
 /// What a branch knows: the layer that it is in, and layers above and below.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Known {
     /// The layer that the ray is in.
     pub layer: Layer,

@@ -66,7 +66,7 @@ pub struct MixtureUniverse {
 }
 
 /// Where a ray is.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Place {
     /// Above or below the slab; `None`: in it.
     outside: Option<Face>,
@@ -82,11 +82,14 @@ impl Place {
     }
 }
 
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 enum Pending {
+    #[default]
     Nothing,
     Face(Face),
-    Plane { upwards: bool },
+    Plane {
+        upwards: bool,
+    },
 }
 
 impl MixtureUniverse {

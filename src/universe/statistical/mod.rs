@@ -19,7 +19,7 @@ mod place;
 pub mod profile;
 pub mod section;
 
-use super::sheet::{Slab, plane_ahead};
+use super::sheet::{Room, Slab, plane_ahead};
 use super::{Face, Interface, MediumId, Next, Ray, Start, SurfaceId, Universe};
 use crate::math::DVec3;
 use crate::rng::Stream;
@@ -211,6 +211,14 @@ impl StatisticalUniverse {
         Next::Interface(plane_interface(0.0, normal, slab.pore, surface))
     }
 
+    /// In a layer without bodies: the next plane.
+    #[inline]
+    fn plane_next(&self, layer: usize, ray: &Ray, place: &mut Place, limit: f64) -> Next {
+        let slab = &self.layers[layer].slab;
+        let (to_plane, face) = plane_ahead(ray, slab.top, slab.bottom);
+        if to_plane <= limit { self.face(layer, face, to_plane, place) } else { Next::Limit }
+    }
+
     /// In the pores: the next body or plane.
     #[inline]
     fn pore_next(&self, layer: usize, ray: &Ray, place: &mut Place, limit: f64, rng: &mut Stream) -> Next {
@@ -383,36 +391,53 @@ impl Universe for StatisticalUniverse {
 
     fn forget(&self, _: &mut ()) {}
 
-    #[inline]
     fn enter(&self, ray: &Ray, _: &mut (), rng: &mut Stream) -> Start<Place> {
+        let mut place = Place::default();
+        let medium = self.enter_into(ray, &mut place, &mut (), rng);
+        Start { place, medium }
+    }
+
+    #[inline]
+    fn enter_into(&self, ray: &Ray, place: &mut Place, _: &mut (), rng: &mut Stream) -> MediumId {
         let face = if ray.dir.z <= 0.0 { Face::Top } else { Face::Bottom };
         let (layer, open) = match face {
             Face::Top => (0, self.open_top),
             Face::Bottom => (self.layers.len() - 1, self.open_bottom),
         };
-        let place = |state, body| Place {
-            layer: layer as u16,
-            state,
-            pending: Pending::Unexplored,
-            body,
-            entered: ray.origin,
-        };
+        (place.layer, place.pending, place.entered) = (layer as u16, Pending::Unexplored, ray.origin);
+        place.body = None;
         if !open {
-            return Start { place: place(State::Outside(face), None), medium: self.outside };
+            place.state = State::Outside(face);
+            return self.outside;
         }
         let population = &self.layers[layer];
         if self.start_in_bodies
-            && let Some((state, body, medium)) = start_in_body(population, self.rung, ray, rng)
+            && let Some(medium) = start_in_body(population, self.rung, ray, place, rng)
         {
-            return Start { place: place(state, body), medium };
+            return medium;
         }
-        Start { place: place(State::Pore { from: None }, None), medium: population.slab.pore }
+        place.state = State::Pore { from: None };
+        population.slab.pore
+    }
+
+    #[inline]
+    fn room(&self, place: &Place) -> Room {
+        let layer = &self.layers[usize::from(place.layer)];
+        match place.state {
+            State::Pore { .. } if layer.kinds.is_empty() => {
+                Room { top: layer.slab.top, bottom: layer.slab.bottom }
+            }
+            _ => Room::NONE,
+        }
     }
 
     #[inline]
     fn next(&self, ray: &Ray, place: &mut Place, _: &mut (), limit: f64, rng: &mut Stream) -> Next {
         let layer = usize::from(place.layer);
         match place.state {
+            State::Pore { .. } if self.layers[layer].kinds.is_empty() => {
+                self.plane_next(layer, ray, place, limit)
+            }
             State::Pore { .. } => self.pore_next(layer, ray, place, limit, rng),
             State::Body { .. } => self.body_next(layer, ray, place, limit, rng),
             State::Markov { .. } => self.markov_next(layer, ray, place, limit, rng),
@@ -505,8 +530,9 @@ fn start_in_body(
     p: &Population,
     rung: Rung,
     ray: &Ray,
+    place: &mut Place,
     rng: &mut Stream,
-) -> Option<(State, Option<Body>, MediumId)> {
+) -> Option<MediumId> {
     if p.share.is_empty() {
         return None;
     }
@@ -520,10 +546,13 @@ fn start_in_body(
     if rung == Rung::Markov {
         let part = if rng.uniform() < p.solid[index] { Part::Wall } else { Part::Lumen };
         let medium = if part == Part::Wall { kind.wall } else { kind.lumen };
-        return Some((State::Markov { kind: index as u16, part }, None, medium));
+        place.state = State::Markov { kind: index as u16, part };
+        return Some(medium);
     }
     let body = kind.covering(ray.origin, index as u16, rng);
     let part = body.part_at(ray.origin);
     let medium = if part == Part::Wall { kind.wall } else { kind.lumen };
-    Some((State::Body { part, left: Left::Nothing }, Some(body), medium))
+    place.state = State::Body { part, left: Left::Nothing };
+    place.body = Some(body);
+    Some(medium)
 }

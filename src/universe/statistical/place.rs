@@ -31,9 +31,10 @@ pub enum State {
 }
 
 /// What the last `next` has drawn.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub enum Pending {
     /// Nothing asked yet.
+    #[default]
     Unexplored,
     /// Nothing there.
     Nothing,
@@ -71,7 +72,7 @@ pub enum Pending {
 }
 
 /// Where a ray is, and what it has been told to meet next.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Place {
     pub(super) layer: u16,
     pub(super) state: State,
@@ -80,4 +81,10 @@ pub struct Place {
     pub(super) body: Option<Body>,
     /// Where the ray entered it (rung `homogeneous`).
     pub(super) entered: DVec3,
+}
+
+impl Default for State {
+    fn default() -> Self {
+        State::Outside(Face::Top)
+    }
 }

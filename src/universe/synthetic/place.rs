@@ -237,8 +237,14 @@ impl Place {
 /// Displacements that are tried to start in a pore.
 pub(super) const MOST_TRIES: u32 = 10_000;
 
+impl Default for Place {
+    fn default() -> Self {
+        Place::new(Ray::default())
+    }
+}
+
 /// Where a ray is in a universe that it finds displaced sideways.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Displaced {
     pub(super) place: Place,
     /// From where the ray seems to be to where it is among the bodies, µm.

@@ -130,7 +130,7 @@ pub struct Scratch {
 }
 
 /// Where a ray is.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Place {
     /// Ray of the last `next`.
     ray: Ray,

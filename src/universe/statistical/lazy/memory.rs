@@ -17,6 +17,12 @@ pub struct Past {
     pub(super) flights: u32,
 }
 
+impl Default for Past {
+    fn default() -> Self {
+        NOTHING
+    }
+}
+
 /// Nothing known.
 pub(super) const NOTHING: Past = Past { sighting: NONE, segment: NONE, flights: 0 };
 

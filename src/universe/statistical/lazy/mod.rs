@@ -70,7 +70,7 @@ pub struct LazyUniverse<E = Exact> {
 }
 
 /// Where a ray is.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Place {
     layer: u16,
     outside: Option<Face>,
