@@ -19,6 +19,8 @@ mod laws;
 mod layers;
 #[path = "statistical_universe/memory.rs"]
 mod memory;
+#[path = "statistical_universe/stress.rs"]
+mod stress;
 #[path = "tables/transport.rs"]
 #[allow(dead_code)]
 mod transport;

@@ -201,6 +201,18 @@ impl Convex for Shape {
 }
 
 impl Shape {
+    /// [`Convex::way_through`] of a hollow whose flat ends are those of its body, for a ray that its state
+    /// puts into the body: it enters through the side. Judged by the point, a ray that slides along the
+    /// common end and that rounding put behind it would enter through the end.
+    #[inline]
+    pub(in crate::universe) fn way_through_side(&self, o: DVec3, d: DVec3) -> Option<Chord> {
+        match self {
+            Shape::Cylinder(s) => EllipticCylinder { half_length: None, ..*s }.way_through(o, d),
+            Shape::Slanted(s) => s.way_through_side(o, d),
+            _ => self.way_through(o, d),
+        }
+    }
+
     /// Extents that must be positive and finite for the shape to have a volume, µm.
     pub fn extents(&self) -> [f64; 3] {
         match self {

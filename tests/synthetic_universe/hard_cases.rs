@@ -345,3 +345,36 @@ fn states_outrank_rounding() {
         }
     }
 }
+
+/// An open fibre: its lumen ends where it does. A ray in the wall is reflected at the end so flatly that
+/// rounding has it behind the end for longer than its way to the lumen: it meets the lumen's side, where
+/// that is, and not its end.
+#[test]
+fn rays_that_slide_along_an_open_end_meet_the_lumen() {
+    let s = &mut stream(12);
+    let (outer, inner, half) = (10.0, 7.3, 200.0);
+    let mut behind = 0;
+    for _ in 0..20_000 {
+        let frame = random_frame(s);
+        let at = DVec3::new(s.uniform(), s.uniform(), s.uniform()) * 1000.0;
+        let wall = part(cylinder(outer, outer, Some(half), at, frame), 1, 0);
+        let lumen = part(cylinder(inner, inner, Some(half), at, frame), 0, 0);
+        let u = universe(vec![wall, lumen]);
+        let turn = TAU * s.uniform();
+        let out = frame.x * turn.cos() + frame.y * turn.sin();
+        let gap = 10_f64.powf(-3.0 * s.uniform());
+        let origin = at + out * (inner + gap) + frame.z * (half - 0.5);
+        let ray = Ray { origin, dir: frame.z };
+        let mut place = u.enter(&ray, &mut (), s).place;
+        let Next::Interface(end) = u.next(&ray, &mut place, &mut (), f64::INFINITY, s) else { panic!() };
+        assert!((end.distance - 0.5).abs() < 1e-9 && (end.normal + frame.z).length() < 1e-12);
+        let dir = (end.normal * 10_f64.powf(-7.0 - 7.0 * s.uniform()) - out).normalize();
+        let ray = Ray { origin: ray.at(end.distance), dir };
+        behind += u32::from((ray.origin - at).dot(frame.z) > half);
+        u.reflected(&ray, &mut place, &mut (), &end);
+        let Next::Interface(met) = u.next(&ray, &mut place, &mut (), f64::INFINITY, s) else { panic!() };
+        assert!((met.distance - gap).abs() < 1e-9, "{} instead of {gap}", met.distance);
+        assert!((met.normal - out).length() < 1e-9 && met.beyond == AIR, "{met:?}");
+    }
+    assert!(behind > 1000, "rounding has put {behind} rays behind the end");
+}

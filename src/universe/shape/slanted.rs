@@ -56,6 +56,13 @@ impl SlantedCylinder {
         EllipticCylinder { a: self.a, b: self.b, half_length: None }
     }
 
+    /// The way through the side alone.
+    #[inline]
+    pub(super) fn way_through_side(&self, o: DVec3, d: DVec3) -> Option<Chord> {
+        let (so, sd) = self.sheared(o, d);
+        self.straight().way_through(so, sd)
+    }
+
     /// A point and a direction in the space where the piece is straight and level.
     #[inline]
     fn sheared(&self, o: DVec3, d: DVec3) -> (DVec3, DVec3) {

@@ -2,7 +2,7 @@
 
 use super::Part;
 use crate::math::{DVec3, Frame};
-use crate::universe::shape::{Placed, Shape, ShapeFace, SlantedCylinder};
+use crate::universe::shape::{Chord, Convex, Placed, Shape, ShapeFace, SlantedCylinder};
 use crate::universe::{MediumId, Overlap, Ray, SurfaceId};
 
 /// Most regions that the number of a key can tell.
@@ -51,16 +51,25 @@ pub(super) struct Region {
     pub hole: u32,
     /// The hollow may share a surface with it beside the caps.
     pub flush: bool,
+    /// The hollow's flat ends are those of the body.
+    pub open: bool,
 }
 
 impl Region {
     pub fn new(part: Part, rank: u32) -> Self {
-        Region { part, rank, outer: u32::MAX, hole: u32::MAX, flush: false }
+        Region { part, rank, outer: u32::MAX, hole: u32::MAX, flush: false, open: false }
     }
 
     #[inline]
     pub fn is_hole(&self) -> bool {
         self.outer != u32::MAX
+    }
+
+    /// As a hollow: the way of a ray that is in its body.
+    #[inline]
+    pub fn enter_hollow(&self, open: bool, o: DVec3, d: DVec3) -> Option<Chord> {
+        let shape = &self.part.shape.shape;
+        if open { shape.way_through_side(o, d) } else { shape.way_through(o, d) }
     }
 
     /// The number of its hollow.
@@ -79,8 +88,18 @@ pub(super) fn pair_hollows(regions: &mut [Region], first: usize) {
         if let (true, Some(flush)) = (same, within(&a.part.shape, &b.part.shape)) {
             regions[i - 1].hole = i as u32;
             regions[i - 1].flush = flush;
+            regions[i - 1].open = same_ends(&regions[i - 1].part.shape.shape, &regions[i].part.shape.shape);
             regions[i].outer = (i - 1) as u32;
         }
+    }
+}
+
+/// Whether a concentric hollow ends where its body does.
+fn same_ends(a: &Shape, b: &Shape) -> bool {
+    match (a, b) {
+        (Shape::Cylinder(a), Shape::Cylinder(b)) => a.half_length == b.half_length,
+        (Shape::Slanted(_), Shape::Slanted(_)) => true,
+        _ => false,
     }
 }
 
