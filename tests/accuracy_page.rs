@@ -24,7 +24,7 @@ Written by `LIGHTPRO_WRITE=1 cargo test --test accuracy_page`. Every number belo
 lightpro run scene.xml --target reflectance:0.1%    stops when the figure is known so well (runs.md)
 lightpro compare scene.xml                          the same sheet in every universe that it can be in
 lightpro compare a.xml --with b.xml                 two scenes, figure by figure: hard spheres, a tomogram
-lightpro realise a.xml --voxel \"0.5 um\"            then --with its bodies and its voxels: the same realisation
+lightpro compare a.xml --universes full,bodies,voxels --voxel \"0.5 um\"   one realisation, as it is and as voxels
 lightpro study accuracy scene.xml                   sources of error, settings, times to a target
 lightpro study convergence scene.xml --knob patches one setting, ever finer
 lightpro study sap scenes/seed/fig10*.xml           patches of the sphere against the continuous law

@@ -29,6 +29,8 @@ const HEAD: &str = "# Where formulas meet floating point
 
 What a textbook form does in double precision where it is hard, measured, and what the program does instead. Written by `LIGHTPRO_WRITE=1 cargo test --test hard_cases`; the test fails where this page is out of step. The last column names the test that holds the case (file: name).
 
+Long runs, by hand (each is an ignored test that prints what it found): 1e8 stressed interfaces of explicit fibres at origins 0, 1 mm and 24 mm, alone and in periodic cells, none lost, none wrong (`hundred_million` of `synthetic_universe`, 2 minutes); 1e8 stressed voxel crossings, three kinds of surface and two of borders, none lost, none wrong (`hundred_million` of `voxel_universe`, 19 minutes); P2 from two families of generators, 7.4e7 histories each: .579961(57) by PCG64-DXSM and .579805(57) by Philox beside .5799(1), z with that uncertainty 0.5 and -0.8 (`both_families_at_1e_4` of `generators`, 15 minutes).
+
 | case | plain form | here | held by |
 | --- | --- | --- | --- |
 ";
