@@ -321,13 +321,14 @@ pub fn lambertian_in_cone(polar: f64, half: f64) -> f64 {
     s * s * cos(polar)
 }
 
-/// Reflectance of black glass of index 1.540 at `polar` rad, unpolarised (Fresnel): the 100 of gloss
-/// scales (TAPPI T480, T653). 0.2601 at 75°.
+/// Reflectance of the black glass that reads 100 at `polar` rad, unpolarised (Fresnel): index 1.540 at 20° and
+/// 75° (TAPPI T653, T480), 1.567 at 60° (ISO 2813). 0.2601 at 75°, 0.1001 at 60°.
 pub fn black_glass(polar: f64) -> f64 {
-    const INDEX: f64 = 1.540;
-    let (ci, ct) = (cos(polar), cos(asin(sin(polar) / INDEX)));
-    let rs = (ci - INDEX * ct) / (ci + INDEX * ct);
-    let rp = (INDEX * ci - ct) / (INDEX * ci + ct);
+    let sixty = (polar * 180.0 / PI).round() == 60.0;
+    let index = if sixty { 1.567 } else { 1.540 };
+    let (ci, ct) = (cos(polar), cos(asin(sin(polar) / index)));
+    let rs = (ci - index * ct) / (ci + index * ct);
+    let rp = (index * ci - ct) / (index * ci + ct);
     0.5 * (rs * rs + rp * rp)
 }
 
@@ -341,6 +342,8 @@ mod tests {
     fn a_mirror_has_384_gloss_units_at_75_degrees() {
         assert!((100.0 / black_glass(75.0_f64.to_radians()) - 384.4).abs() < 0.05);
         assert!((black_glass(0.0) - (0.54_f64 / 2.54).powi(2)).abs() < 1e-15);
+        // ISO 2813: glass of 1.567.
+        assert!((black_glass(60.0_f64.to_radians()) - 0.100_056).abs() < 1e-6);
     }
 
     #[test]

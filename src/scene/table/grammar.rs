@@ -303,7 +303,7 @@ const DETECT: &[A] = &[
     w("analyser", Choice(&["none", "parallel", "perpendicular"]), Default("none"), "Ideal polariser before the detectors of what leaves: passes the field in the plane of the ray and the normal of the sheet, or across it."),
     w("time", YES_NO, Default("no"), "Mean time of flight of reflected and transmitted light."),
     w("path", YES_NO, Default("no"), "Mean path and collisions by medium."),
-    w("gloss", YES_NO, Default("no"), "Specular gloss of parallel light (20, 60 or 75 deg): power in the receiver's window about the mirror direction over that of black glass, n = 1.540, times 100."),
+    w("gloss", YES_NO, Default("no"), "Specular gloss of parallel light (20, 60 or 75 deg): power in the receiver's window about the mirror direction over that of black glass (n = 1.540; at 60 deg 1.567, as ISO 2813 has it), times 100."),
     a("gloss-aperture", List(Q::Angle, None), Range::above(0.0, PI / 2.0), Optional, "Full opening of that window: one angle for a circle, two for a rectangle in and across the plane of incidence. Without it 5 deg at 20 deg (TAPPI T653), 4.4 and 11.7 deg at 60 deg (ISO 2813), 11.42 deg elsewhere (TAPPI T480)."),
     a("haze", Number(Q::Angle), Range::above(0.0, PI / 2.0), Optional, "Share of the transmitted parallel light that is turned by more than this angle (ASTM D1003: 2.5 deg)."),
     a("lateral", Number(Q::Length), POS, Optional, "Lateral spread of light that enters at one point: point spread, edge response and modulation transfer within this radius."),
