@@ -131,6 +131,8 @@ fn finished(shared: &mut Shared<'_, '_>, place: u64, sums: Sums, count: u64, hal
         }
         shared.taken += count;
         if !(shared.round)(shared.state) {
+            // Here, where the others still wait: a batch taken in between would end the run elsewhere.
+            halt.store(true, Ordering::Relaxed);
             return false;
         }
     }
@@ -183,6 +185,16 @@ mod tests {
     }
 
     /// Fault of the design's table: panic in a worker.
+
+    /// Batches that are done at once: threads stand in line for the sums when one of them stops the run.
+    #[test]
+    fn a_stop_is_seen_by_those_that_stand_in_line() {
+        for _ in 0..2000 {
+            let (stopped, _) = run(3, &[Plain { panics: None }], 1000, 23);
+            assert_eq!(stopped[0].next(), 23);
+        }
+    }
+
     #[test]
     fn a_panic_in_a_worker_is_caught_with_its_history() {
         for threads in [1, 2, 7] {
