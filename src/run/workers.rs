@@ -184,8 +184,6 @@ mod tests {
         }
     }
 
-    /// Fault of the design's table: panic in a worker.
-
     /// Batches that are done at once: threads stand in line for the sums when one of them stops the run.
     #[test]
     fn a_stop_is_seen_by_those_that_stand_in_line() {
@@ -195,6 +193,7 @@ mod tests {
         }
     }
 
+    /// Fault of the design's table: panic in a worker.
     #[test]
     fn a_panic_in_a_worker_is_caught_with_its_history() {
         for threads in [1, 2, 7] {
