@@ -88,7 +88,7 @@ fn one_sheet_as_bodies_and_as_voxels() {
 fn a_comparison_of_statistics_bodies_and_voxels() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("sheet.xml"), SHEET).unwrap();
-    let wanted = "compare sheet.xml --universes full,bodies,voxels --reference bodies --quiet -o out";
+    let wanted = "compare sheet.xml -D pulp.wall=1.6um --universes full,bodies,voxels --reference bodies --quiet -o out";
     let mut args: Vec<&str> = wanted.split(' ').collect();
     let refused = lightpro(folder.path(), &args);
     assert_eq!(refused.status.code(), Some(2));
@@ -107,6 +107,28 @@ fn a_comparison_of_statistics_bodies_and_voxels() {
     for file in ["realisation.xml", "realisation-voxels.nrrd", "realisation.vtp", "report.html"] {
         assert!(out.join(file).is_file(), "{file}");
     }
+}
+
+/// Placeholders and values of the command line stand in the written scene, in its universe and elsewhere.
+#[test]
+fn values_of_the_command_line_stand_in_the_scene() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = SHEET.replace("index=\"1.55\"", "index=\"${n}\"").replace("\"10 um\"", "\"${w}\"").replace(
+        "<materials>",
+        "<define name=\"n\" value=\"1.55\"/><define name=\"w\" value=\"8 um\"/><materials>",
+    );
+    std::fs::write(folder.path().join("sheet.xml"), text).unwrap();
+    let wanted = "realise sheet.xml -D n=1.6 -D pulp.length=80um -D run.seed=7 --cell 0.15mm -o out";
+    let out = lightpro(folder.path(), &wanted.split(' ').collect::<Vec<_>>());
+    assert!(out.status.success(), "{}", told(&out));
+    let text = std::fs::read_to_string(folder.path().join("out.xml")).unwrap();
+    assert!(!text.contains("${") && !text.contains("<define"), "{text}");
+    let read = scene(&folder.path().join("out.xml"));
+    assert_eq!(read.run.seed, 7);
+    assert!(text.contains("<run seed=\"7\" histories=\"16384\"/>") && text.contains("index=\"1.6\""));
+    let fibres: Vec<&str> = text.lines().filter(|l| l.contains("<cylinder")).collect();
+    let drawn = |l: &str| l.contains("half-axes=\"4 2 um\"") && l.contains("length=\"80 um\"");
+    assert!(fibres.len() > 10 && fibres.iter().all(|l| drawn(l)), "{:?}", fibres.first());
 }
 
 /// The mesh holds every body: two rings of a fibre's outside and two of its lumen, and the rings of spheres.

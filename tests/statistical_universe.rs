@@ -2,6 +2,8 @@
 //! lossless sheets, amounts, the Grace way, layers.
 #![allow(clippy::disallowed_methods, missing_docs)]
 
+#[path = "walking/mod.rs"]
+mod walking;
 #[path = "statistical_universe/amounts.rs"]
 mod amounts;
 #[path = "statistical_universe/contract.rs"]

@@ -1,6 +1,8 @@
 //! The synthetic universe: chord laws, hard cases, and walks that lose no ray.
 #![allow(clippy::disallowed_methods, missing_docs)]
 
+#[path = "walking/mod.rs"]
+mod walking;
 #[path = "tables/harness.rs"]
 #[allow(dead_code)]
 mod harness;
@@ -24,20 +26,13 @@ use lightpro::rng::{Purpose, Stream};
 use lightpro::universe::shape::{Cuboid, Ellipsoid, EllipticCylinder, Placed, Shape, SlabZ};
 use lightpro::universe::synthetic::{Part, SyntheticUniverse};
 use lightpro::universe::{BodyId, Interface, MediumId, Next, Ray, SurfaceId, Universe};
+pub use walking::isotropic;
 
 pub const AIR: MediumId = MediumId(0);
 pub const WORLD: Frame = Frame { x: DVec3::X, y: DVec3::Y, z: DVec3::Z };
 
 pub fn stream(history: u64) -> Stream {
     Stream::of(4711, 0, history, Purpose::Probe)
-}
-
-/// Isotropic direction.
-pub fn isotropic(s: &mut Stream) -> DVec3 {
-    let z = 2.0 * s.uniform() - 1.0;
-    let (sin, cos) = (TAU * s.uniform()).sin_cos();
-    let r = (1.0 - z * z).sqrt();
-    DVec3::new(r * cos, r * sin, z).normalize()
 }
 
 pub fn random_frame(s: &mut Stream) -> Frame {

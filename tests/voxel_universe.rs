@@ -1,6 +1,9 @@
 //! The voxel universe: convergence to explicit bodies, normals, walks that lose no ray, files.
 #![allow(clippy::disallowed_methods, missing_docs)]
 
+#[path = "walking/mod.rs"]
+#[allow(dead_code)]
+mod walking;
 #[path = "voxel_universe/convergence.rs"]
 mod convergence;
 #[path = "voxel_universe/example.rs"]
@@ -17,19 +20,12 @@ use lightpro::math::{DVec3, TAU};
 use lightpro::rng::{Purpose, Stream};
 use lightpro::universe::voxel::{Lateral, NormalRule, Phase, Rules, Steps, Volume, VoxelUniverse};
 use lightpro::universe::{Interface, MediumId, Next, Ray, SurfaceId, Universe};
+pub use walking::isotropic;
 
 pub const AIR: MediumId = MediumId(0);
 
 pub fn stream(history: u64) -> Stream {
     Stream::of(815, 0, history, Purpose::Probe)
-}
-
-/// Isotropic direction.
-pub fn isotropic(s: &mut Stream) -> DVec3 {
-    let z = 2.0 * s.uniform() - 1.0;
-    let (sin, cos) = (TAU * s.uniform()).sin_cos();
-    let r = (1.0 - z * z).sqrt();
-    DVec3::new(r * cos, r * sin, z).normalize()
 }
 
 /// Media 0, 1, 2 …, all smooth.

@@ -90,7 +90,8 @@ fn realised(scene: &SceneArgs, asked: &CompareArgs, folder: &Path) -> Result<Vec
     write_atomic(&folder.join("realisation.txt"), told.as_bytes())
         .map_err(|e| Failure::Input(format!("error: {}: {e}", folder.display())))?;
     let read = |name: &str, file: &str| {
-        let args = SceneArgs { path: folder.join(file), ..scene.clone() };
+        // The values of -D stand in the files.
+        let args = SceneArgs { path: folder.join(file), defines: Vec::new(), ..scene.clone() };
         Ok((name.to_owned(), load(&args)?.0))
     };
     let bodies = wants(Entry::Bodies).then(|| read("bodies", "realisation.xml"));

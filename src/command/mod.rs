@@ -77,6 +77,17 @@ pub struct SceneArgs {
     pub effects: Vec<crate::scene::effects::Override>,
 }
 
+impl SceneArgs {
+    /// How the scene is read.
+    pub fn reading(&self) -> Options {
+        Options {
+            allow_outside: self.allow_outside,
+            defines: self.defines.clone(),
+            effects: self.effects.clone(),
+        }
+    }
+}
+
 /// What `run` was asked to do.
 #[derive(Clone, Debug, Default)]
 pub struct RunArgs {
@@ -125,12 +136,7 @@ pub fn say(text: &str) -> Result<(), Failure> {
 /// # Errors
 /// Every fault of the file, rendered.
 pub fn load(args: &SceneArgs) -> Result<(Scene, Plan), Failure> {
-    let options = Options {
-        allow_outside: args.allow_outside,
-        defines: args.defines.clone(),
-        effects: args.effects.clone(),
-    };
-    let scene = scene::read(&args.path, &options)
+    let scene = scene::read(&args.path, &args.reading())
         .map_err(|d| Failure::Input(d.render_for_stderr().trim_end().to_owned()))?;
     let plan = planned(&scene)?;
     Ok((scene, plan))

@@ -4,7 +4,7 @@ use super::{Failure, SceneArgs, heading, load};
 use crate::report::{mesh, write_atomic};
 use crate::scene::media::Media;
 use crate::scene::model::{Cell, Edges, StartIn};
-use crate::scene::{Scene, Universe, realise, written};
+use crate::scene::{Options, Scene, Universe, realise, written};
 use crate::study::characterise::bodies::BodyParts;
 use crate::study::characterise::lines;
 use crate::study::structure::Structure;
@@ -42,6 +42,20 @@ fn told(path: &Path, e: &dyn fmt::Display) -> Failure {
     Failure::Input(format!("error: {}: {e}", path.display()))
 }
 
+/// The scene that is realised, as it was read.
+struct Source<'a> {
+    text: String,
+    path: &'a Path,
+    options: Options,
+}
+
+impl Source<'_> {
+    /// Its text with another universe.
+    fn with(&self, universe: &str) -> Result<String, Failure> {
+        written::replace_universe(&self.text, self.path, &self.options, universe).map_err(Failure::Input)
+    }
+}
+
 /// `realise`: a statistical sheet body by body, as a scene, a mesh and a volume.
 ///
 /// # Errors
@@ -63,10 +77,10 @@ pub fn realise(args: &SceneArgs, how: &RealiseArgs) -> Result<String, Failure> {
     files.free(how.force)?;
     let bodies: Vec<BodyParts> = drawn.universe.bodies().collect();
     let text = std::fs::read_to_string(&scene.path).map_err(|e| told(&scene.path, &e))?;
+    let source = Source { text, path: &scene.path, options: args.reading() };
     let universe = written::explicit(&bodies, drawn.cell, drawn.universe.ambient(), &drawn.media, &scene)
         .map_err(|e| told(&scene.path, &e))?;
-    let replaced = written::replace_universe(&text, &scene.path, &universe).map_err(Failure::Input)?;
-    write_atomic(&files.scene, replaced.as_bytes()).map_err(|e| told(&files.scene, &e))?;
+    write_atomic(&files.scene, source.with(&universe)?.as_bytes()).map_err(|e| told(&files.scene, &e))?;
     let (vtp, left_out) = mesh::vtp(&bodies);
     write_atomic(&files.mesh, vtp.as_bytes()).map_err(|e| told(&files.mesh, &e))?;
     let [x, y] = drawn.cell.period;
@@ -83,14 +97,11 @@ pub fn realise(args: &SceneArgs, how: &RealiseArgs) -> Result<String, Failure> {
         said += &format!("{left_out} bodies without end are not in the mesh\n");
     }
     if let (Some(edge), Some(volume), Some(voxel_scene)) = (how.voxel, &files.volume, &files.voxel_scene) {
-        said += &voxelise(&drawn, &scene, edge, volume, voxel_scene, &text, how.mhd)?;
+        said += &voxelise(&drawn, &scene, edge, volume, voxel_scene, &source, how.mhd)?;
     }
     if stem.parent() != scene.path.parent() && !scene.files.is_empty() {
         said +=
             "files that the scene names are meant from its own folder: write beside it, or move them too\n";
-    }
-    if !args.defines.is_empty() {
-        said += "values of -D are in the bodies, but not in the rest of the text: give them again\n";
     }
     Ok(said)
 }
@@ -162,7 +173,7 @@ fn voxelise(
     edge: f64,
     volume: &Path,
     voxel_scene: &Path,
-    text: &str,
+    source: &Source,
     mhd: bool,
 ) -> Result<String, Failure> {
     let [bottom, top] = drawn.cell.planes;
@@ -199,8 +210,7 @@ fn voxelise(
     done.map_err(|e| told(volume, &e))?;
     let name = volume.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
     let universe = written::voxels(&name, edges, &labels, drawn.universe.ambient(), &drawn.media, scene);
-    let replaced = written::replace_universe(text, &scene.path, &universe).map_err(Failure::Input)?;
-    write_atomic(voxel_scene, replaced.as_bytes()).map_err(|e| told(voxel_scene, &e))?;
+    write_atomic(voxel_scene, source.with(&universe)?.as_bytes()).map_err(|e| told(voxel_scene, &e))?;
     let total: u64 = counts.iter().sum();
     let shares: Vec<String> = labels
         .iter()

@@ -507,12 +507,12 @@ fn enter_again<U: Universe, const N: usize>(
 ) -> bool {
     path.ray.dir = dir;
     path.ray.origin.z = if dir.z > 0.0 { world.bottom } else { world.top };
-    let start = if same {
-        world.universe.come_back(&path.ray, &path.place, &mut h.memory, rng)
+    if same {
+        let start = world.universe.come_back(&path.ray, &path.place, &mut h.memory, rng);
+        (path.place, path.medium) = (start.place, start.medium);
     } else {
-        world.universe.enter(&path.ray, &mut h.memory, rng)
-    };
-    (path.place, path.medium) = (start.place, start.medium);
+        path.medium = world.universe.enter_into(&path.ray, &mut path.place, &mut h.memory, rng);
+    }
     true
 }
 

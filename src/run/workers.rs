@@ -82,11 +82,7 @@ pub fn work(
             let (group, batch) = (place % count, start + place / count);
             let now = AtomicU64::new(0);
             match catch_unwind(AssertUnwindSafe(|| groups[group as usize].batch(batch, &now))) {
-                Ok(sums) => {
-                    if !finished(&mut lock(&shared), place, sums, count, &halt) {
-                        halt.store(true, Ordering::Relaxed);
-                    }
-                }
+                Ok(sums) => finished(&mut lock(&shared), place, sums, count, &halt),
                 Err(payload) => {
                     halt.store(true, Ordering::Relaxed);
                     let message = said(payload.as_ref());
@@ -112,17 +108,14 @@ pub fn work(
     fault.map_or(Ok(()), Err)
 }
 
-/// Takes a finished batch, and the rounds that it completes; false stops the run.
-fn finished(shared: &mut Shared<'_, '_>, place: u64, sums: Sums, count: u64, halt: &AtomicBool) -> bool {
+/// Takes a finished batch, and the rounds that it completes; where the last look says so, `halt` is set, here,
+/// while the other threads wait. After that nothing more is taken: where a run ends must not depend on its threads.
+fn finished(shared: &mut Shared<'_, '_>, place: u64, sums: Sums, count: u64, halt: &AtomicBool) {
     shared.waiting.insert(place, sums);
-    loop {
-        // After a stop nothing more is taken: where a run ends must not depend on its threads.
-        if halt.load(Ordering::Relaxed) {
-            return false;
-        }
+    while !halt.load(Ordering::Relaxed) {
         let places = shared.taken..shared.taken + count;
         if !places.clone().all(|p| shared.waiting.contains_key(&p)) {
-            return true;
+            return;
         }
         for (fold, p) in shared.state.iter_mut().zip(places) {
             if let Some(sums) = shared.waiting.remove(&p) {
@@ -131,9 +124,7 @@ fn finished(shared: &mut Shared<'_, '_>, place: u64, sums: Sums, count: u64, hal
         }
         shared.taken += count;
         if !(shared.round)(shared.state) {
-            // Here, where the others still wait: a batch taken in between would end the run elsewhere.
             halt.store(true, Ordering::Relaxed);
-            return false;
         }
     }
 }

@@ -1,6 +1,8 @@
 //! Explicit universes as the text of a scene: what `realise` writes.
 
-use super::document;
+use super::build::{self, Options};
+use super::diagnostic::Place;
+use super::document::{self, Element};
 use super::media::{Media, Origin};
 use super::model::{Cell, Scene, StartIn};
 use crate::math::DVec3;
@@ -10,16 +12,63 @@ use crate::universe::{MediumId, Overlap};
 use std::fmt::Write;
 use std::path::Path;
 
-/// The text of a scene with another `<universe>`.
+/// The text of a scene with another `<universe>`. Placeholders are filled, and values of the command line stand
+/// in their places: the scene wants neither any more.
 ///
 /// # Errors
-/// A text without a universe of its own (it may stand in a file that is included).
-pub fn replace_universe(text: &str, path: &Path, universe: &str) -> Result<String, String> {
+/// A text without a universe of its own (it may stand in a file that is included), or with values for such a file.
+pub fn replace_universe(
+    text: &str,
+    path: &Path,
+    options: &Options,
+    universe: &str,
+) -> Result<String, String> {
     let told = |why: &str| format!("{}: {why}", path.display());
-    let root = document::parse(text, 0).map_err(|_| told("cannot be read again"))?;
-    let own = root.children.iter().find(|c| c.name == "universe");
+    let raw = document::parse(text, 0).map_err(|_| told("cannot be read again"))?;
+    let child = |name: &'static str| raw.children.iter().filter(move |c| c.name == name);
+    let own = child("universe").next();
     let span = own.ok_or_else(|| told("its <universe> stands in a file that it includes"))?.span;
-    Ok(format!("{}{}{}", &text[..span.start], universe.trim(), &text[span.end..]))
+    let mut edits = vec![(span, universe.trim().to_owned())];
+    edits.extend(child("define").map(|d| (d.span, String::new())));
+    if edits.len() > 1 || !options.defines.is_empty() {
+        if child("include").next().is_some() {
+            return Err(told(
+                "has <include> and placeholders or -D: write the included parts and the values into it",
+            ));
+        }
+        let settled = build::settled(text, path, options).map_err(|d| d.render_for_stderr())?;
+        for (before, after) in raw.children.iter().zip(&settled.children) {
+            if !["universe", "define"].contains(&before.name.as_str()) {
+                changes(before, after, &mut edits);
+            }
+        }
+        changes(&Element { children: Vec::new(), ..raw.clone() }, &settled, &mut edits);
+    }
+    edits.sort_by_key(|(place, _)| place.start);
+    let (mut out, mut from) = (String::new(), 0);
+    for (place, new) in edits {
+        out += &text[from..place.start];
+        out += &new;
+        from = place.end;
+    }
+    Ok(out + &text[from..])
+}
+
+/// Attributes that are otherwise, or new, in `after`, here and below; the trees are of one shape.
+fn changes(before: &Element, after: &Element, edits: &mut Vec<(Place, String)>) {
+    for a in &after.attributes {
+        match before.attribute(&a.name) {
+            Some(old) if old.value == a.value => {}
+            Some(old) => edits.push((old.value_place, escaped(&a.value))),
+            None => {
+                let behind = Place { start: before.place.end, ..before.place };
+                edits.push((behind, format!(" {}=\"{}\"", a.name, escaped(&a.value))));
+            }
+        }
+    }
+    for (b, a) in before.children.iter().zip(&after.children) {
+        changes(b, a, edits);
+    }
 }
 
 /// The `<universe>` of explicit bodies, each with its hollow.

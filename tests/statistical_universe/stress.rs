@@ -6,6 +6,7 @@
 //! later ones must agree with one of them.
 
 use crate::transport::*;
+use crate::walking::{isotropic, onward};
 use lightpro::law::Tilt;
 use lightpro::math::DVec3;
 use lightpro::rng::{Purpose, Stream};
@@ -82,13 +83,6 @@ fn check(seen: &mut Vec<Seen>, ray: &Ray, at: &Interface, wall: f64, t: &mut Tal
     }
 }
 
-fn isotropic(s: &mut Stream) -> DVec3 {
-    let z = 2.0 * s.uniform() - 1.0;
-    let (c, sin) = s.azimuth();
-    let r = (1.0 - z * z).sqrt();
-    DVec3::new(r * c, r * sin, z)
-}
-
 /// Rays over `events` interfaces, one in four sent on along the surface within 10^−`decades` to 1e-1 rad.
 fn follow<U: Universe>(u: &U, (cut, decades): (bool, f64), history: u64, events: u64, wall: f64) -> Tally {
     let s = &mut Stream::of(77, 0, history, Purpose::Probe);
@@ -109,17 +103,7 @@ fn follow<U: Universe>(u: &U, (cut, decades): (bool, f64), history: u64, events:
                     check(&mut seen, &ray, &i, wall, &mut t);
                     ray.origin = ray.at(i.distance);
                     let d = isotropic(s);
-                    let up = if d.dot(i.normal) < 0.0 { -d } else { d };
-                    let flat = (d - i.normal * d.dot(i.normal)).normalize();
-                    let grazing =
-                        (flat + i.normal * 10_f64.powf(-1.0 - (decades - 1.0) * s.uniform())).normalize();
-                    let (reflects, dir) = match (8.0 * s.uniform()) as u32 {
-                        0 => (true, grazing),
-                        1 => (false, (grazing - i.normal * (2.0 * grazing.dot(i.normal))).normalize()),
-                        2 => (true, up),
-                        3 => (false, -up),
-                        _ => (false, ray.dir),
-                    };
+                    let (reflects, dir) = onward(&i, ray.dir, d, decades, s);
                     ray.dir = dir;
                     if reflects {
                         u.reflected(&ray, &mut place, &mut memory, &i);

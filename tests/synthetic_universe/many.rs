@@ -2,6 +2,7 @@
 //! ray near or far, and a periodic cell is what its name says.
 
 use super::*;
+use crate::walking::onward;
 use lightpro::universe::Overlap;
 use lightpro::universe::synthetic::{Search, Setting};
 
@@ -175,16 +176,7 @@ fn follow(u: &SyntheticUniverse, at: DVec3, side: f64, history: u64, events: u64
                     }
                     ray.origin = ray.at(i.distance);
                     let d = isotropic(s);
-                    let up = if d.dot(i.normal) < 0.0 { -d } else { d };
-                    let flat = (d - i.normal * d.dot(i.normal)).normalize();
-                    let grazing = (flat + i.normal * 10_f64.powf(-1.0 - 8.0 * s.uniform())).normalize();
-                    let (reflects, dir) = match (8.0 * s.uniform()) as u32 {
-                        0 => (true, grazing),
-                        1 => (false, (grazing - i.normal * (2.0 * grazing.dot(i.normal))).normalize()),
-                        2 => (true, up),
-                        3 => (false, -up),
-                        _ => (false, ray.dir),
-                    };
+                    let (reflects, dir) = onward(&i, ray.dir, d, 9.0, s);
                     ray.dir = dir;
                     if reflects {
                         u.reflected(&ray, &mut place, &mut (), &i);

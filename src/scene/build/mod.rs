@@ -86,23 +86,8 @@ pub fn read_text(text: &str, path: &Path, options: &Options) -> Result<Scene, Di
         r.out.push(Diagnostic::nowhere(format!("{}: {}", path.display(), files::TOO_LARGE)));
         return Err(r.out);
     }
-    let mut root = match document::parse(text, 0) {
-        Ok(root) => root,
-        Err(d) => {
-            r.out.push(*d);
-            return Err(r.out);
-        }
-    };
+    let Some(root) = r.settled(text) else { return Err(r.out) };
     let rule = table::rule("scene");
-    if root.name != rule.name() {
-        let d = Diagnostic::error(root.place, format!("the root element is <{}>", root.name));
-        r.out.push(d.help("a scene begins with <scene name=\"…\" version=\"1\">"));
-        return Err(r.out);
-    }
-    r.includes(&mut root);
-    r.collect_defines(&root);
-    r.expand(&mut root);
-    r.set_attributes(&mut root);
     table::check(&root, rule, false, &mut r.out);
     let node = Node::new(&root, rule);
     let mut scene = r.scene(node);
@@ -121,6 +106,19 @@ pub fn read_text(text: &str, path: &Path, options: &Options) -> Result<Scene, Di
         return Err(r.out);
     }
     Ok(scene)
+}
+
+/// The elements of a scene as they are read: with what it includes, placeholders filled, values of the command line
+/// set. Places still tell where in `text` each stands.
+///
+/// # Errors
+/// XML that cannot be read, placeholders without a value.
+pub(super) fn settled(text: &str, path: &Path, options: &Options) -> Result<Element, Diagnostics> {
+    let mut r = Reading::new(text, path, options);
+    match r.settled(text) {
+        Some(root) if r.out.error_count() == 0 => Ok(root),
+        _ => Err(r.out),
+    }
 }
 
 impl<'o> Reading<'o> {
@@ -188,6 +186,21 @@ impl<'o> Reading<'o> {
             warnings: Vec::new(),
             files: Vec::new(),
         }
+    }
+
+    /// The document with what it includes, placeholders filled and values of the command line in their places.
+    fn settled(&mut self, text: &str) -> Option<Element> {
+        let mut root = document::parse(text, 0).map_err(|d| self.out.push(*d)).ok()?;
+        if root.name != table::rule("scene").name() {
+            let d = Diagnostic::error(root.place, format!("the root element is <{}>", root.name));
+            self.out.push(d.help("a scene begins with <scene name=\"…\" version=\"1\">"));
+            return None;
+        }
+        self.includes(&mut root);
+        self.collect_defines(&root);
+        self.expand(&mut root);
+        self.set_attributes(&mut root);
+        Some(root)
     }
 
     fn collect_defines(&mut self, root: &Element) {

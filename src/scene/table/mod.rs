@@ -2,6 +2,8 @@
 
 // A table reads best with one row a line.
 #[rustfmt::skip]
+mod attributes;
+#[rustfmt::skip]
 mod grammar;
 mod schema;
 

@@ -147,7 +147,7 @@ impl<S: Space> Flight<'_, S> {
                 && let key = key.of(hollow)
                 && key != left
                 && !inside.contains(key)
-                && let Some(c) = self.space.region(hollow as usize).enter_hollow(region.open, o, d)
+                && let Some(c) = self.space.region(hollow as usize).way_from_body(o, d)
                 && c.t_in < t
             {
                 self.known.push(Event { t: c.t_in, key, enters: true, face: c.face_in })?;

@@ -51,8 +51,8 @@ pub(super) struct Region {
     pub hole: u32,
     /// The hollow may share a surface with it beside the caps.
     pub flush: bool,
-    /// The hollow's flat ends are those of the body.
-    pub open: bool,
+    /// As a hollow: its flat ends are those of its body.
+    open: bool,
 }
 
 impl Region {
@@ -65,11 +65,11 @@ impl Region {
         self.outer != u32::MAX
     }
 
-    /// As a hollow: the way of a ray that is in its body.
+    /// As a hollow: the way of a ray that is in its body, in the local frame.
     #[inline]
-    pub fn enter_hollow(&self, open: bool, o: DVec3, d: DVec3) -> Option<Chord> {
+    pub fn way_from_body(&self, o: DVec3, d: DVec3) -> Option<Chord> {
         let shape = &self.part.shape.shape;
-        if open { shape.way_through_side(o, d) } else { shape.way_through(o, d) }
+        if self.open { shape.way_through_side(o, d) } else { shape.way_through(o, d) }
     }
 
     /// The number of its hollow.
@@ -88,7 +88,7 @@ pub(super) fn pair_hollows(regions: &mut [Region], first: usize) {
         if let (true, Some(flush)) = (same, within(&a.part.shape, &b.part.shape)) {
             regions[i - 1].hole = i as u32;
             regions[i - 1].flush = flush;
-            regions[i - 1].open = same_ends(&regions[i - 1].part.shape.shape, &regions[i].part.shape.shape);
+            regions[i].open = same_ends(&regions[i - 1].part.shape.shape, &regions[i].part.shape.shape);
             regions[i].outer = (i - 1) as u32;
         }
     }
