@@ -218,7 +218,6 @@ impl<P: Copy + Default + Send> Walk<P> {
 
 /// The walk of history `seed`, and a branch of it after `before` steps, which goes the same way whether its
 /// siblings have gone before it or not. How many steps were compared.
-
 fn contract<U: Universe>(u: &U, top: f64, seed: u64, before: usize) -> usize {
     let stream = |k: u64| Stream::of(seed, 0, k, Purpose::Probe);
     let begin = |memory: &mut U::Memory| {

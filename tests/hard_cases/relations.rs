@@ -230,9 +230,12 @@ proptest! {
         let d = fresnel::dielectric(n1, n2, c);
         prop_assert!((d.r + d.t - 1.0).abs() < 4e-16 && d.r >= 0.0 && d.t >= 0.0);
         if d.t > 0.0 && d.cos_t > 1e-3 {
+            // The cosine handed back is rounded: so much of the first cosine, and 4 n of that in R, is unknown.
+            let eta = n1.max(n2) / n1.min(n2);
+            let unknown = 1e-15 + 2.0 * f64::EPSILON * eta * eta / c;
             let back = fresnel::dielectric(n2, n1, d.cos_t);
-            prop_assert!((back.r - d.r).abs() < 1e-12, "{} {}", back.r, d.r);
-            prop_assert!((back.cos_t - c).abs() < 1e-9);
+            prop_assert!((back.r - d.r).abs() < 4.0 * eta * unknown, "{} {}", back.r, d.r);
+            prop_assert!((back.cos_t - c).abs() < unknown, "{} {c}", back.cos_t);
         }
     }
 
