@@ -96,8 +96,6 @@ fn copy_paper_at_31_wavelengths() {
     };
     let all = r#"from="400 nm" to="700 nm" step="10 nm""#;
     let ((together, much), (_, little)) = (of("yes", all, 300_000), of("yes", r#"at="550 nm""#, 300_000));
-    let known = r#"from="440 nm" to="740 nm" step="10 nm""#;
-    let (bent, most) = of("dispersive", known, 60_000);
     let (single, each) = of("no", all, 60_000);
     let known = r#"from="440 nm" to="740 nm" step="10 nm""#;
     let (bent, most) = of("dispersive", known, 60_000);
