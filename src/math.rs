@@ -23,6 +23,18 @@ pub fn ln(x: f64) -> f64 {
 pub fn ln_1p(x: f64) -> f64 {
     pxfm::f_log1p(x)
 }
+/// Bessel function J1.
+pub fn bessel_j1(x: f64) -> f64 {
+    pxfm::f_j1(x)
+}
+/// Bessel function of the second kind Y0, x > 0.
+pub fn bessel_y0(x: f64) -> f64 {
+    pxfm::f_y0(x)
+}
+/// Bessel function of the second kind Y1, x > 0.
+pub fn bessel_y1(x: f64) -> f64 {
+    pxfm::f_y1(x)
+}
 /// Exponential.
 #[inline]
 pub fn exp(x: f64) -> f64 {

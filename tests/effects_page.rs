@@ -58,7 +58,7 @@ const ROWS: &[Row] = &[
     },
     Row {
         kind: Kind::Subsurface,
-        law: "Poisson events of rate µs; Henyey–Greenstein, Rayleigh, Mie, table (paper (12)–(14), (16))",
+        law: "Poisson events of rate µs; Henyey–Greenstein, Rayleigh, Mie, fibrils (oblique cylinders), table (paper (12)–(14), (16))",
         called: "`<scattering>`, `<particles>` in a material",
         price: "minimal loop: a draw of the free path a flight, a turn an event",
         tests: &[("effects", "scattering_without_scatterers_changes_nothing")],
@@ -77,6 +77,7 @@ const ROWS: &[Row] = &[
         price: "full loop: 5 × the time of P1",
         tests: &[
             ("effects", "polarisation_where_nothing_polarises_changes_nothing"),
+            ("polarisation", "rayleigh_slabs_meet_the_published_table"),
             ("polarisation", "rayleigh_slabs_meet_successive_orders"),
             ("polarisation", "machine_and_cross_direction_differ"),
             ("tables/particles", "go_particles_polarised"),

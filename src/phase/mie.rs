@@ -15,8 +15,10 @@
 //! algebraically the usual forms, but the terms of order 1/x that cancel for small x are already
 //! cancelled by hand: no separate small-particle series is needed.
 
+mod cylinder;
 mod suspension;
 
+pub use cylinder::fibrils;
 pub use suspension::{Suspension, suspension, suspension_absorption};
 
 use crate::math::{PI, cos, sin};

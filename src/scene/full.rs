@@ -2,7 +2,7 @@
 
 use super::effects::Kind;
 use super::media::Origin;
-use super::model::{Scatterer, Scene, Source};
+use super::model::{ParticleShape, Scatterer, Scene, Source};
 use super::optics;
 use super::plan::Plan;
 use crate::lpm::Light;
@@ -96,7 +96,10 @@ fn matrix(scene: &Scene, origin: &Origin, nm: f64) -> Result<ScatteringMatrix, S
                     };
                     (mu_s.at(nm).map_err(|e| of(e.to_string()))?, phase.clone(), own)
                 }
-                Scatterer::Mie { diameter, index, volume_fraction } => {
+                Scatterer::Mie { shape: ParticleShape::Fibril, .. } => {
+                    return Err(of("fibrils say nothing of polarised light".to_owned()));
+                }
+                Scatterer::Mie { diameter, index, volume_fraction, .. } => {
                     let n = material.index.at(nm).map_err(|e| of(e.to_string()))?.re;
                     let particle = index.at(nm).map_err(|e| of(e.to_string()))?;
                     let nodes = optics::sizes_that_count(diameter);

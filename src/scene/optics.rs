@@ -3,7 +3,9 @@
 
 use super::effects::Kind;
 use super::media::{Media, Origin};
-use super::model::{self, Populate, Ratio as RatioOf, SapFrame, SapSpec, Scatterer, SurfaceKind};
+use super::model::{
+    self, ParticleShape, Populate, Ratio as RatioOf, SapFrame, SapSpec, Scatterer, SurfaceKind,
+};
 use crate::lpm::light::MediumSap;
 use crate::lpm::patches::{SapRule, SurfaceSap};
 use crate::lpm::split::Split;
@@ -131,16 +133,19 @@ fn constants(material: &model::Material, nm: f64, absorption_only: bool) -> Resu
             Scatterer::Coefficient { mu_s, phase } => {
                 phases.push((mu_s.at(nm).map_err(|e| of(e.to_string()))?, phase.clone()));
             }
-            Scatterer::Mie { diameter, index, volume_fraction } => {
+            Scatterer::Mie { shape, diameter, index, volume_fraction } => {
                 let particle = index.at(nm).map_err(|e| of(e.to_string()))?;
                 let nodes = sizes_that_count(diameter);
-                if absorption_only {
+                if absorption_only && *shape == ParticleShape::Sphere {
                     mu_a += mie::suspension_absorption(&nodes, particle, n.re, nm, *volume_fraction)
                         .map_err(|e| of(e.to_string()))?;
                     continue;
                 }
-                let s = mie::suspension(&nodes, particle, n.re, nm, *volume_fraction)
-                    .map_err(|e| of(e.to_string()))?;
+                let law = match shape {
+                    ParticleShape::Sphere => mie::suspension,
+                    ParticleShape::Fibril => mie::fibrils,
+                };
+                let s = law(&nodes, particle, n.re, nm, *volume_fraction).map_err(|e| of(e.to_string()))?;
                 mu_a += s.mu_a;
                 phases.push((s.mu_s, s.phase));
             }

@@ -193,7 +193,7 @@ fn refine(
     (finer, still, missed.value())
 }
 
-fn check(
+pub(super) fn check(
     nodes: &[(f64, f64)],
     n_particle: Complex64,
     n_medium: f64,

@@ -212,7 +212,13 @@ impl Reading<'_> {
             }
             _ => e.number("volume-fraction").unwrap_or(0.0),
         };
+        let fibril = e.text("shape") == Some("fibril");
+        if fibril && self.polarised {
+            let d = Diagnostic::error(e.place("shape"), "fibrils say nothing of polarised light");
+            self.out.push(d.help("shape=\"sphere\" has a matrix; or leave the polarisation out"));
+        }
         Scatterer::Mie {
+            shape: if fibril { ParticleShape::Fibril } else { ParticleShape::Sphere },
             diameter: diameter.unwrap_or(crate::law::SizeLaw::Constant(1.0)),
             index,
             volume_fraction,

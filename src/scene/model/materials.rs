@@ -33,6 +33,15 @@ pub enum ConversionKind {
     Brillouin,
 }
 
+/// Shape of particles that scatter by Mie theory.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ParticleShape {
+    /// Spheres.
+    Sphere,
+    /// Circular cylinders without end, axes in all directions.
+    Fibril,
+}
+
 /// One kind of scatterer in a medium.
 #[derive(Clone, Debug)]
 pub enum Scatterer {
@@ -43,8 +52,10 @@ pub enum Scatterer {
         /// Phase function, the same at every wavelength.
         phase: Phase,
     },
-    /// Spheres far apart: Mie theory (Q, g, S11).
+    /// Spheres or fibrils far apart: Mie theory (Q, g, S11).
     Mie {
+        /// Spheres, or cylinders without end.
+        shape: ParticleShape,
         /// Diameter law, µm, weighted by number.
         diameter: SizeLaw,
         /// Index of the particles.

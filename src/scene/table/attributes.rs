@@ -74,7 +74,8 @@ pub(super) const SHIFT: &[A] = &[
 pub(super) const MIE: &[A] = &[
     w("from", File, Optional, "Distribution file (kind `filler`) whose values are taken where none stand here."),
     w("name", Text, Optional, "Name, for messages."),
-    a("diameter", Number(Q::Length), POS, Optional, "Diameter of all spheres; or a law in a child <diameter>."),
+    w("shape", Choice(&["sphere", "fibril"]), Default("sphere"), "Spheres, or fibrils: cylinders without end, axes in all directions; probabilities of their diameters count length."),
+    a("diameter", Number(Q::Length), POS, Optional, "Diameter of all particles; or a law in a child <diameter>."),
     a("volume-fraction", Number(Q::Fraction), Range::closed(0.0, 0.5), Optional, "Volume of the particles over volume of the medium with them in it."),
     a("mass-concentration", Number(Q::Density), NOT_NEG, Optional, "Mass of the particles over volume of the medium, instead of `volume-fraction`; needs `density`."),
     a("density", Number(Q::Density), POS, Optional, "Density of the particles."),
