@@ -32,5 +32,6 @@ cat >"$work/tubes.xml" <<'SCENE'
 SCENE
 "$program" realise "$work/tubes.xml" --cell 0.15mm --voxel 0.5um -o "$work/cell" >/dev/null
 "$program" realise "$work/tubes.xml" --cell 0.15mm --voxel 0.5um --mhd -o "$work/meta" >/dev/null
-"$program" replay "$work/tubes.xml" --history 3 -o "$work/replay" >/dev/null
+mkdir "$work/replay"
+"$program" replay "$work/tubes.xml" --history 8 -o "$work/replay" >/dev/null
 "$venv/bin/python" "$root/scripts/test-files.py" "$root" "$work"

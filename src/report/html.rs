@@ -212,13 +212,13 @@ impl Report<'_> {
             body,
             "<h2>Scene as understood</h2>\n<details><summary>All values, defaults filled in</summary><pre>{}</pre>\
              </details>",
-            escape(serde_json::to_string_pretty(&m.scene).unwrap_or_default())
+            escape(beginning(&serde_json::to_string_pretty(&m.scene).unwrap_or_default()))
         );
         if let Ok(text) = std::fs::read_to_string(&first.scene.path) {
             let _ = writeln!(
                 body,
                 "<details><summary>The scene file</summary><pre>{}</pre></details>",
-                escape(&text)
+                escape(beginning(&text))
             );
         }
         let mut rows = vec![
@@ -319,6 +319,16 @@ pub fn sweep_csv(name: &str, results: &[&RunResult], values: &[f64]) -> String {
         let _ = writer.write_record(&row);
     }
     String::from_utf8(writer.into_inner().unwrap_or_default()).unwrap_or_default()
+}
+
+/// A text for the page: of one with thousands of bodies the beginning.
+fn beginning(text: &str) -> std::borrow::Cow<'_, str> {
+    const MOST: usize = 200_000;
+    if text.len() <= MOST {
+        return text.into();
+    }
+    let end = (0..=MOST).rfind(|&i| text.is_char_boundary(i)).unwrap_or(0);
+    format!("{}\n… cut here: {} of {} bytes", &text[..end], end, text.len()).into()
 }
 
 /// At most `room` of `n` indices, evenly spread, first and last among them.

@@ -170,3 +170,27 @@ fn mirrors_are_refused() {
     let refused = lightpro::scene::plan::Plan::new(&read).unwrap_err();
     assert!(refused.contains("indices differ"), "{refused}");
 }
+
+/// The picture of the report: bodies and paths where they are, the same bytes each time; other histories give
+/// other paths and the same bodies.
+#[test]
+fn the_sheet_and_its_light_are_drawn() {
+    let material = r#"<material id="wall" index="1.5"/>"#;
+    let bodies = r#"<sphere centre="0 0 -30 um" radius="20 um" material="wall"/><sphere centre="30 10 -60 um" radius="15 um" material="wall"/>"#;
+    let done = run(&scene(material, "", bodies, r#"<source polar="0 deg"/>"#), 4096);
+    let view = |scene: &lightpro::scene::Scene| lightpro::report::view::svg(scene, &done.plan).unwrap();
+    let (svg, caption) = view(&done.scene);
+    assert_eq!((&svg, &caption), (&view(&done.scene).0, &view(&done.scene).1));
+    let part = |svg: &str, class: &str| {
+        let at = svg.find(&format!("<g class=\"{class}\"")).unwrap();
+        svg[at..at + svg[at..].find("</g>").unwrap()].to_owned()
+    };
+    assert!(svg.matches("class=\"v-path\"").count() > 1 && svg.matches("class=\"v-grid\"").count() == 1);
+    assert!(part(&svg, "v-bodies").matches('z').count() >= 6, "two balls");
+    assert!(svg.contains("wall") && svg.contains("µm") && caption.contains("nside"));
+    let mut other = done.scene.clone();
+    other.run.seed += 1;
+    let (changed, _) = view(&other);
+    assert_eq!(part(&svg, "v-bodies"), part(&changed, "v-bodies"));
+    assert!(svg != changed);
+}
