@@ -280,6 +280,9 @@ enum Study {
         /// Leave out the toggling of effects
         #[arg(long)]
         no_effects: bool,
+        /// Leave out the numbers of the scene made 1 % larger
+        #[arg(long)]
+        no_inputs: bool,
         #[command(flatten)]
         how: StudyOptions,
     },
@@ -287,7 +290,7 @@ enum Study {
     Convergence {
         #[command(flatten)]
         scene: SceneOptions,
-        /// Which: memory, patches, roulette, "branching floor", "wavelength grid"
+        /// Which: memory, patches, roulette, "branching floor", "wavelength grid", voxels
         #[arg(long)]
         knob: String,
         /// Histories per wavelength group of each setting, instead of the scene's
@@ -468,12 +471,15 @@ fn main() -> ExitCode {
         Command::Study { what: Study::Effects { scene, histories } } => {
             command::study_effects(&scene.into_args(), histories).and_then(|t| say(&t))
         }
-        Command::Study { what: Study::Accuracy { scene, histories, each, error, no_effects, how } } => {
+        Command::Study {
+            what: Study::Accuracy { scene, histories, each, error, no_effects, no_inputs, how },
+        } => {
             let options = accuracy::Options {
                 histories,
                 each: each.as_secs_f64(),
                 knob: None,
                 effects: !no_effects,
+                inputs: !no_inputs,
                 wanted: error,
             };
             command::study_accuracy(&scene.into_args(), &how.into_args(), &options)

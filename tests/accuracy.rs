@@ -134,6 +134,7 @@ fn a_floor_is_never_passed() {
     for wanted in [
         "t1_results.csv",
         "t2_budget.csv",
+        "t2_inputs.csv",
         "t3_times.csv",
         "t4_settings.csv",
         "t5_effects.csv",
@@ -143,6 +144,7 @@ fn a_floor_is_never_passed() {
         "f5_mean.svg",
         "f6_tail.svg",
         "f7_effects.svg",
+        "f7_phases.svg",
         "f8_threads.svg",
         "f9_rungs.svg",
     ] {
@@ -180,6 +182,54 @@ fn patches_converge_with_second_order() {
         assert!((extrapolated - exact.value).abs() < 4.0 * noise, "{extrapolated} for {}", exact.value);
     }
     assert!(study(&scene, &Options { knob: Some("voxels".into()), ..Options::default() }, |_| ()).is_err());
+}
+
+/// Input data: of an absorbing plate without scattering the changes are known, T = exp(−µ d).
+#[test]
+fn inputs_change_what_they_must() {
+    let plate =
+        SLAB.replace(r#"<scattering mu-s="100 1/mm" g="0.9"/>SAP"#, "").replace("0.5 1/mm", "10 1/mm");
+    let plate =
+        plate.replace("synthetic", "statistical").replace("<universe ", r#"<universe memory="homogeneous" "#);
+    let scene = read_text(&plate, "slab.xml".as_ref(), &Reading::default()).unwrap();
+    let s = quick(&scene, 4096, false);
+    let change = |input: &str| {
+        let row = s.inputs.iter().find(|i| i.input == input && i.figure.starts_with("transmittance"));
+        row.unwrap_or_else(|| panic!("{input} in {:?}", s.inputs)).change
+    };
+    let want = (-1.01_f64).exp() - (-1.0_f64).exp();
+    for input in ["absorption of 'slab'", "thickness of layer"] {
+        assert!((change(input) - want).abs() < 1e-12, "{input}: {} for {want}", change(input));
+    }
+    let row = s.budget.iter().find(|b| b.source == "input data" && b.figure.starts_with("trans")).unwrap();
+    let most = row.size.unwrap();
+    assert!(row.how == "assumed" && (most / (want * 2.0_f64.sqrt()).abs() - 1.0).abs() < 1e-9, "{row:?}");
+}
+
+/// Voxels: twice and four times as large ones are tried, and bound what the voxel size does.
+#[test]
+fn voxels_of_twice_the_size_bound_the_error() {
+    let scene = shipped("voxel-sheet.xml");
+    let options = Options {
+        knob: None,
+        histories: Some(8192),
+        each: 60.0,
+        effects: false,
+        inputs: false,
+        ..Options::default()
+    };
+    let s = study(&scene, &options, |_| ()).unwrap();
+    let rows: Vec<_> =
+        s.settings.iter().filter(|r| r.knob == "voxels" && r.figure.starts_with("refl")).collect();
+    let words: Vec<&str> = rows.iter().map(|r| r.setting.as_str()).collect();
+    assert_eq!(words, ["4", "2", "1"]);
+    let row = s.budget.iter().find(|b| b.source == "voxel size" && b.figure.starts_with("refl")).unwrap();
+    assert!(row.how == "bounded" && row.size.unwrap() >= rows[1].bias.abs(), "{row:?}");
+    // The same scene written with larger voxels is the setting.
+    let text = std::fs::read_to_string(&scene.path).unwrap().replace("<volume ", r#"<volume coarser="2" "#);
+    let written = read_text(&text, &scene.path, &Reading::default()).unwrap();
+    let again = study(&written, &options, |_| ()).unwrap();
+    assert_eq!(again.results[0].value, rows[1].value);
 }
 
 /// Predicted processor time to a target within 30 % of the measured one, on three shipped scenes.

@@ -204,7 +204,7 @@ fn page() -> String {
         }
         let _ = writeln!(text, "![{title}](figures/accuracy-{stem}.svg)\n");
     }
-    text += "T1 to T5 and F1 to F9 are written as CSV, JSON and SVG with the numbers behind each picture. A source of error is `measured` (told from 0 by two standard errors), `bounded` (not told: twice the error), `assumed`, or `not assessed`; sources are never merged. Second-order extrapolation is given only where the ratio per doubling is between 3 and 5.\n\n";
+    text += "T1 to T5 and F1 to F9 are written as CSV, JSON and SVG with the numbers behind each picture. A source of error is `measured` (told from 0 by two standard errors), `bounded` (not told: twice the error), `assumed`, or `not assessed`; sources are never merged. The voxel size is bounded by what voxels of twice the size change; input data are assumed to be known to 1 % each, and `t2_inputs.csv` has the change by each, to be scaled with one's own uncertainties. Second-order extrapolation is given only where the ratio per doubling is between 3 and 5.\n\n";
     text += "## Do predicted times hold?\n\nA run of another seed to the hardest target in reach; its processor time, scaled by the error that it reached, over the prediction:\n\n| scene | target | predicted | measured | ratio | z of the value |\n| --- | --- | --- | --- | --- | --- |\n";
     for name in ["verify/white-fibres-full.xml", "verify/slab-p2.xml", "verify/hollow-fibres-full.xml"] {
         let scene = read(&root().join("scenes").join(name), &Reading::default()).unwrap();

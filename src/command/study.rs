@@ -61,6 +61,7 @@ pub fn study_accuracy(
     let titles = [
         ("t1_results.csv", "T1 Results"),
         ("t2_budget.csv", "T2 Sources of error"),
+        ("t2_inputs.csv", "T2 Input data"),
         ("t3_times.csv", "T3 Time to a target"),
         ("t3_held_out.csv", "T3 The held-out run"),
         ("t4_settings.csv", "T4 Settings"),

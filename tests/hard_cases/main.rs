@@ -4,7 +4,12 @@
 #![allow(clippy::disallowed_methods, missing_docs)]
 
 mod cases;
+mod faults;
+mod plain;
+mod properties;
 mod relations;
+#[path = "../walking/mod.rs"]
+mod walking;
 
 use std::path::Path;
 
@@ -35,20 +40,37 @@ Long runs, by hand (each is an ignored test that prints what it found): 1e8 stre
 | --- | --- | --- | --- |
 ";
 
+const FAULTS: &str = "
+# Bad input and faults
+
+What happens where the input or the machine fails. The tests named hold it; of the long ones a short form runs with the others.
+
+| fault | what happens | held by |
+| --- | --- | --- |
+";
+
+/// Names of tests with their files, each looked up in its file.
+fn names(what: &str, held: &[(&str, &str)]) -> String {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let name = |(file, name): &(&str, &str)| {
+        let content = std::fs::read_to_string(root.join(file)).unwrap_or_default();
+        assert!(content.contains(name), "{what}: no `{name}` in {file}");
+        format!("`{file}`: {}", name.trim_start_matches("fn "))
+    };
+    held.iter().map(name).collect::<Vec<_>>().join("; ")
+}
+
 #[test]
 fn the_page_is_in_step() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut text = HEAD.to_owned();
     for row in cases::all() {
-        let mut held = Vec::new();
-        for (file, name) in row.held {
-            let content = std::fs::read_to_string(root.join(file)).unwrap_or_default();
-            assert!(content.contains(name), "{}: no `{name}` in {file}", row.case);
-            held.push(format!("`{file}`: {name}"));
-        }
-        text += &format!("| {} | {} | {} | {} |\n", row.case, row.plain, row.ours, held.join("; "));
+        text += &format!("| {} | {} | {} | {} |\n", row.case, row.plain, row.ours, names(row.case, row.held));
     }
-    let page = root.join("docs/numerics.md");
+    text += FAULTS;
+    for row in faults::FAULTS {
+        text += &format!("| {} | {} | {} |\n", row.fault, row.happens, names(row.fault, row.held));
+    }
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/numerics.md");
     if std::env::var_os("LIGHTPRO_WRITE").is_some() {
         std::fs::write(&page, &text).unwrap();
     }

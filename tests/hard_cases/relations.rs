@@ -7,9 +7,10 @@ use lightpro::run::Health;
 use lightpro::sap::Healpix;
 use lightpro::scene::{Options, read_text};
 use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
 use std::path::Path;
 
-fn run(scene: &str, histories: u64) -> Finished {
+pub fn run(scene: &str, histories: u64) -> Finished {
     let scene = read_text(scene, Path::new("scene.xml"), &Options::default())
         .unwrap_or_else(|found| panic!("{found}\n{scene}"));
     let done =
@@ -18,13 +19,19 @@ fn run(scene: &str, histories: u64) -> Finished {
     done
 }
 
+/// A figure and its standard error.
+pub fn figure(done: &Finished, name: &str) -> (f64, f64) {
+    let f = done.result.figure(name, None).unwrap();
+    (f.value.unwrap(), f.error.unwrap_or(0.0))
+}
+
+/// All power that the ledger has, of 1 that entered.
+pub fn balance(done: &Finished) -> f64 {
+    done.result.ledger.0.iter().map(|l| l.1.value).sum()
+}
+
 fn figures(done: &Finished) -> Vec<(f64, f64)> {
-    let names = ["reflectance", "transmittance", "absorptance"];
-    names
-        .iter()
-        .map(|n| done.result.figure(n, None).unwrap())
-        .map(|f| (f.value.unwrap(), f.error.unwrap_or(0.0)))
-        .collect()
+    ["reflectance", "transmittance", "absorptance"].iter().map(|n| figure(done, n)).collect()
 }
 
 /// Largest deviation of two runs in standard errors of their difference (independent streams).
@@ -178,7 +185,7 @@ fn deep_slabs_keep_their_ledger() {
             [(1e-12, 0.5, 20_000), (1e-3, 1.0, 20_000), (1e3, 0.999, 4000), (1e4, 1.0, 300), (1e6, 0.9, 4000)]
         {
             let done = run(&slab(kind, tau, albedo, 1, 1, ""), histories);
-            let total: f64 = done.result.ledger.0.iter().map(|l| l.1.value).sum();
+            let total = balance(&done);
             assert!((total - 1.0).abs() < 1e-12, "{kind}, τ {tau}: {total}");
         }
     }
@@ -204,8 +211,18 @@ fn the_event_cap_books_what_it_cuts() {
     assert!(health.warning().unwrap().contains("event cap"));
 }
 
+/// So many cases of a property, the same in every run.
+pub fn cases(cases: u32) -> ProptestConfig {
+    ProptestConfig {
+        cases,
+        failure_persistence: None,
+        rng_seed: RngSeed::Fixed(20_261_123),
+        ..ProptestConfig::default()
+    }
+}
+
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 256, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(cases(256))]
 
     /// R + T = 1, and light that goes back the way it came is reflected alike.
     #[test]
@@ -213,9 +230,12 @@ proptest! {
         let d = fresnel::dielectric(n1, n2, c);
         prop_assert!((d.r + d.t - 1.0).abs() < 4e-16 && d.r >= 0.0 && d.t >= 0.0);
         if d.t > 0.0 && d.cos_t > 1e-3 {
+            // The cosine handed back is rounded: so much of the first cosine, and 4 n of that in R, is unknown.
+            let eta = n1.max(n2) / n1.min(n2);
+            let unknown = 1e-15 + 2.0 * f64::EPSILON * eta * eta / c;
             let back = fresnel::dielectric(n2, n1, d.cos_t);
-            prop_assert!((back.r - d.r).abs() < 1e-12, "{} {}", back.r, d.r);
-            prop_assert!((back.cos_t - c).abs() < 1e-9);
+            prop_assert!((back.r - d.r).abs() < 4.0 * eta * unknown, "{} {}", back.r, d.r);
+            prop_assert!((back.cos_t - c).abs() < unknown, "{} {c}", back.cos_t);
         }
     }
 
@@ -239,14 +259,14 @@ proptest! {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(cases(24))]
 
     /// Any slab: the ledger of each history closes to 1e-12, all power is booked.
     #[test]
     fn slabs_balance(log_tau in -6.0..2.0_f64, albedo in 0.0..1.0_f64, pieces in 1..5_u32, analog in any::<bool>()) {
         let more = if analog { "absorption=\"analog\"" } else { "" };
         let done = run(&slab(HOMOGENEOUS, 10_f64.powf(log_tau), albedo, pieces, 1, more), 500);
-        let total: f64 = done.result.ledger.0.iter().map(|l| l.1.value).sum();
+        let total = balance(&done);
         prop_assert!((total - 1.0).abs() < 1e-12, "{total}");
     }
 }

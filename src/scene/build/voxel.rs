@@ -24,7 +24,7 @@ impl Reading<'_> {
         let (phases, labels) = self.labels(own);
         let edge = self.edges(own);
         let normals = self.normals(own);
-        let rules = Rules {
+        let mut rules = Rules {
             edge: edge.unwrap_or([1.0; 3]),
             lateral: if own.text("lateral") == Some("periodic") {
                 Lateral::Periodic
@@ -48,7 +48,20 @@ impl Reading<'_> {
         if self.out.error_count() > 0 || edge.is_none() {
             return None;
         }
-        let volume = self.volume(file?, &labels, first_on_top, most)?;
+        let mut volume = self.volume(file?, &labels, first_on_top, most)?;
+        let coarser = own.count("coarser").unwrap_or(1);
+        if coarser > 1 {
+            match volume.coarser(coarser as usize) {
+                Ok((large, times)) => {
+                    volume = large;
+                    rules.edge = std::array::from_fn(|k| rules.edge[k] * times[k]);
+                }
+                Err(e) => {
+                    self.error(own.place("coarser"), e.to_string());
+                    return None;
+                }
+            }
+        }
         Some(Universe::Voxel(Voxels { volume: Arc::new(volume), phases, rules, random }))
     }
 

@@ -160,6 +160,7 @@ pub(super) const VOLUME: &[A] = &[
     a("smoothing", Number(Q::Number), Range::closed(0.5, 6.0), Default("2"), "Standard deviation of the Gaussian in voxels."),
     w("steps", Choice(&["passed", "mirrored"]), Default("passed"), "Steps of the staircase that a ray meets from behind: passed, for the smooth surface has none; or met, what lands behind the face mirrored about it (biased)."),
     w("position", Choice(&["random", "fixed"]), Optional, "Random: each ray finds the volume displaced sideways by chance, so that light falls evenly on all of it; fixed: its middle stands above x = y = 0. Without it random, but for a point source and a beam with a radius."),
+    a("coarser", Number(Q::Count), Range::closed(1.0, 64.0), Default("1"), "Voxels merged along each edge after reading, by majority: less memory, and what the voxel size does to a figure."),
     a("max-voxels", Number(Q::Count), Range::closed(1.0, 1e12), Default("4e9"), "Larger files are refused before anything is read; a voxel takes 1 to 8 bits of memory."),
 ];
 

@@ -99,16 +99,7 @@ pub(super) fn sources(f: &Figure, study: &Study) -> Vec<Source2> {
             None => put(source, Some(0.0), None, "assumed", absent.to_owned()),
         }
     }
-    match &study.scene.universe {
-        Universe::Voxel(_) => put(
-            "voxel size",
-            None,
-            None,
-            "not assessed",
-            "a finer volume beside: lightpro compare --with".into(),
-        ),
-        _ => put("voxel size", Some(0.0), None, "assumed", "no voxels".into()),
-    }
+    put_voxels(study, &title, &mut put);
     let off = study.effects.iter().filter(|e| !e.on && e.change.is_some());
     let largest = off.max_by(|a, b| {
         a.change.map(f64::abs).partial_cmp(&b.change.map(f64::abs)).unwrap_or(std::cmp::Ordering::Equal)
@@ -123,14 +114,44 @@ pub(super) fn sources(f: &Figure, study: &Study) -> Vec<Source2> {
         ),
         None => put("effects left out", None, None, "not assessed", String::new()),
     }
-    put(
-        "input data",
-        None,
-        None,
-        "not assessed",
-        "a scene states no uncertainties: run --sweep over them".to_owned(),
-    );
+    put_inputs(study, &title, &mut put);
     out
+}
+
+type Put<'a> = dyn FnMut(&str, Option<f64>, Option<f64>, &str, String) + 'a;
+
+/// Voxel size: of an error of first order or better, what twice the size changes is the most that is left.
+fn put_voxels(study: &Study, title: &str, put: &mut Put<'_>) {
+    let twice = study.settings.iter().find(|s| s.knob == "voxels" && s.figure == title && s.setting == "2");
+    match (&study.scene.universe, twice) {
+        (Universe::Voxel(_), Some(s)) => {
+            let size = s.bias.abs() + 2.0 * s.bias_error;
+            let note = "the change by voxels of twice the size".to_owned();
+            put("voxel size", Some(size), Some(s.bias_error), "bounded", note);
+        }
+        (Universe::Voxel(_), None) => {
+            let note = "a finer volume beside: lightpro compare --with".to_owned();
+            put("voxel size", None, None, "not assessed", note);
+        }
+        _ => put("voxel size", Some(0.0), None, "assumed", "no voxels".to_owned()),
+    }
+}
+
+/// Input data, each number taken to be known to 1 %: root of the sum of squares, less what noise adds to it.
+fn put_inputs(study: &Study, title: &str, put: &mut Put<'_>) {
+    let rows: Vec<&Input2> = study.inputs.iter().filter(|i| i.figure == title).collect();
+    let Some(most) = rows.iter().max_by(|a, b| a.change.abs().total_cmp(&b.change.abs())) else {
+        let note = "a scene states no uncertainties: run --sweep over them".to_owned();
+        return put("input data", None, None, "not assessed", note);
+    };
+    let noise: f64 = rows.iter().map(|i| i.error * i.error).sum();
+    let squares: f64 = rows.iter().map(|i| i.change * i.change).sum();
+    // Not told from noise: what could be hidden in it.
+    let told = squares > 4.0 * noise;
+    let size = if told { (squares - noise).sqrt() } else { 2.0 * noise.sqrt() };
+    let note =
+        format!("each of {} numbers known to 1 %: most by {} ({:+.5})", rows.len(), most.input, most.change);
+    put("input data", Some(size), Some(noise.sqrt()), "assumed", note);
 }
 
 /// T3 of a figure.

@@ -1,6 +1,7 @@
 //! What of a scene can be set finer, and the settings that a study tries.
 
-use crate::scene::{Branching, Memory, SapSpec, Scene, Universe};
+use crate::scene::{Branching, Memory, SapSpec, Scene, Universe, Voxels};
+use std::sync::Arc;
 
 /// One thing that can be set.
 #[derive(Clone, Debug)]
@@ -26,7 +27,10 @@ impl Knob {
 
 /// All knobs that a scene has.
 pub fn all(scene: &Scene) -> Vec<Knob> {
-    [memory(scene), sap(scene), roulette(scene), floor(scene), grid(scene)].into_iter().flatten().collect()
+    [memory(scene), sap(scene), roulette(scene), floor(scene), grid(scene), voxels(scene)]
+        .into_iter()
+        .flatten()
+        .collect()
 }
 
 fn memory(scene: &Scene) -> Option<Knob> {
@@ -132,4 +136,23 @@ fn grid(scene: &Scene) -> Option<Knob> {
     let settings =
         vec![(format!("{step} nm"), step, scene.clone()), (format!("{} nm", 0.5 * step), 0.5 * step, fine)];
     Some(Knob { name: "wavelength grid", settings, own: 0, reference: 1, attribute: "spectrum step" })
+}
+
+/// Larger voxels of the same volume: finer ones are not known.
+fn voxels(scene: &Scene) -> Option<Knob> {
+    let Universe::Voxel(own) = &scene.universe else { return None };
+    let with = |factor: usize| {
+        let mut out = scene.clone();
+        let (volume, times) = own.volume.coarser(factor).ok()?;
+        let mut large = Voxels { volume: Arc::new(volume), ..own.clone() };
+        large.rules.edge = std::array::from_fn(|k| own.rules.edge[k] * times[k]);
+        out.universe = Universe::Voxel(large);
+        Some((factor.to_string(), factor as f64, out))
+    };
+    // Below some voxels nothing of a structure is left.
+    let least = own.volume.cells().into_iter().min()?;
+    let settings: Vec<_> = [4, 2].into_iter().filter(|f| least >= 4 * f).filter_map(with).collect();
+    let own = settings.len();
+    let settings = [settings, vec![("1".to_owned(), 1.0, scene.clone())]].concat();
+    (own > 0).then_some(Knob { name: "voxels", settings, own, reference: own, attribute: "volume coarser" })
 }

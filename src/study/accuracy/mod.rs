@@ -4,12 +4,14 @@
 //! Times are processor seconds; they differ from run to run, and so do these tables.
 
 mod budget;
+mod inputs;
 mod knobs;
 mod plots;
 mod settings;
 mod tables;
 mod words;
 
+pub use inputs::Input2;
 pub use knobs::Knob;
 pub use tables::{Effect5, Held, Result1, Setting4, Source2, Time3};
 
@@ -32,13 +34,15 @@ pub struct Options {
     pub knob: Option<String>,
     /// Effects are toggled too.
     pub effects: bool,
+    /// Input data are changed too.
+    pub inputs: bool,
     /// Error of a reflectance (of 100 for figures in per cent) that settings are recommended for.
     pub wanted: f64,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Options { histories: None, each: 20.0, knob: None, effects: true, wanted: 2e-3 }
+        Options { histories: None, each: 20.0, knob: None, effects: true, inputs: true, wanted: 2e-3 }
     }
 }
 
@@ -72,6 +76,8 @@ pub struct Study {
     pub results: Vec<Result1>,
     /// T2.
     pub budget: Vec<Source2>,
+    /// T2, input data in parts.
+    pub inputs: Vec<Input2>,
     /// T3.
     pub times: Vec<Time3>,
     /// The held-out run.
@@ -80,6 +86,8 @@ pub struct Study {
     pub settings: Vec<Setting4>,
     /// T5.
     pub effects: Vec<Effect5>,
+    /// Seconds of the processor for making the scene ready, for its light and for its figures.
+    pub phases: [f64; 3],
     /// Threads, seconds on the clock, same bytes as one thread.
     pub threads: Vec<(u64, f64, bool)>,
     /// Means of the reflectance in the replicas.
@@ -119,7 +127,7 @@ pub fn study(scene: &Scene, options: &Options, mut told: impl FnMut(&str)) -> Re
     }
     told("the scene as it is");
     fit(&mut own, options.each)?;
-    let (base, steps) = course(&own)?;
+    let (base, steps, phases) = course(&own)?;
     let figures = watched(&own, &base);
     if figures.is_empty() {
         return Err("nothing is reflected or transmitted: no figure to study".to_owned());
@@ -147,10 +155,12 @@ pub fn study(scene: &Scene, options: &Options, mut told: impl FnMut(&str)) -> Re
         base,
         steps,
         budget: Vec::new(),
+        inputs: Vec::new(),
         times: Vec::new(),
         held: None,
         settings,
         effects: Vec::new(),
+        phases,
         threads: Vec::new(),
         refused,
     };
@@ -160,6 +170,10 @@ pub fn study(scene: &Scene, options: &Options, mut told: impl FnMut(&str)) -> Re
     if options.effects {
         told("effects");
         out.effects = settings::toggled(&out.scene);
+    }
+    if options.inputs {
+        told("input data");
+        out.inputs = inputs::tried(&out.scene, &figures, &out.base);
     }
     out.budget = figures.iter().flat_map(|f| budget::sources(f, &out)).collect();
     out.times = figures.iter().flat_map(|f| budget::times(f, &out)).collect();
@@ -191,12 +205,13 @@ fn fit(scene: &mut Scene, seconds: f64) -> Result<(), String> {
 }
 
 /// Runs the scene in pieces and notes how mean and error go on: four times per doubling of histories.
-fn course(scene: &Scene) -> Result<(Timed, Vec<Step>), String> {
+fn course(scene: &Scene) -> Result<(Timed, Vec<Step>, [f64; 3]), String> {
     use crate::run::clock::processor_seconds;
     use crate::run::simulate::{advance, fresh, outcome};
+    let before = processor_seconds();
     let plan = crate::scene::plan::Plan::new(scene)?;
     let mut state = fresh(&plan, 0);
-    let (clock, cpu) = (std::time::Instant::now(), processor_seconds());
+    let (clock, began) = (std::time::Instant::now(), processor_seconds());
     let mut steps = Vec::new();
     let group = plan
         .groups
@@ -214,7 +229,7 @@ fn course(scene: &Scene) -> Result<(Timed, Vec<Step>), String> {
             for node in s[group].nodes().iter().map(|n| &n.value.node) {
                 m.merge(&node.moments(Cell::Reflected as usize, lane, lanes));
             }
-            let cpu_seconds = (processor_seconds() - cpu).max(1e-9);
+            let cpu_seconds = (processor_seconds() - began).max(1e-9);
             steps.push(Step {
                 histories: done * scene.run.batch,
                 cpu_seconds,
@@ -228,10 +243,11 @@ fn course(scene: &Scene) -> Result<(Timed, Vec<Step>), String> {
     };
     let watch = crate::run::Watch { stop: &|| false, round: &mut round };
     advance(scene, &plan, &mut state, 0..scene.run.histories, watch).map_err(|e| e.to_string())?;
-    let (cpu, wall) = (processor_seconds() - cpu, clock.elapsed().as_secs_f64());
+    let (cpu, wall) = (processor_seconds() - began, clock.elapsed().as_secs_f64());
     let outcome = outcome(scene, &plan, state, 0..scene.run.histories)?;
     let result = crate::report::figures::result(scene, &plan, &outcome);
-    Ok((Timed { outcome, result, cpu: cpu.max(1e-9), wall }, steps))
+    let phases = [began - before, cpu, processor_seconds() - began - cpu];
+    Ok((Timed { outcome, result, cpu: cpu.max(1e-9), wall }, steps, phases))
 }
 
 /// Moments of reflectance or transmittance, where the figure is one of them.

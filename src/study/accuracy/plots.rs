@@ -56,6 +56,7 @@ pub fn all(study: &Study) -> Vec<(&'static str, Plot)> {
     if study.effects.iter().any(|e| e.times.is_some()) {
         out.push(("f7_effects", effects(study)));
     }
+    out.push(("f7_phases", phases(study)));
     if !study.threads.is_empty() {
         out.push(("f8_threads", speed(study)));
     }
@@ -106,8 +107,10 @@ fn pareto(settings: &[&Setting4], figure: &str) -> Plot {
 
 /// Value against h² of a knob with meshes.
 fn convergence(settings: &[&Setting4]) -> Option<Plot> {
-    let of: Vec<&&Setting4> = settings.iter().filter(|s| s.knob == "patches").collect();
-    let first = of.first()?;
+    // A mesh is what halves from one setting to the next.
+    let first =
+        settings.iter().find(|s| ["patches", "voxels", "wavelength grid"].contains(&s.knob.as_str()))?;
+    let of: Vec<&&Setting4> = settings.iter().filter(|s| s.knob == first.knob).collect();
     let mut points: Vec<(f64, f64, f64)> = of.iter().map(|s| (s.h * s.h, s.value, s.error)).collect();
     points.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut curves = vec![curve("value", points)];
@@ -115,7 +118,8 @@ fn convergence(settings: &[&Setting4]) -> Option<Plot> {
         curves.push(curve("extrapolated", vec![(0.0, r, 0.0)]));
     }
     let title = format!("F3 {} against mesh size squared", first.figure);
-    Some(lines(&title, ("h² of the patches", "1"), (&first.figure, "1"), &curves, true))
+    let x = format!("h² of the {}", first.knob);
+    Some(lines(&title, (&x, "1"), (&first.figure, "1"), &curves, true))
 }
 
 fn budget(study: &Study, figure: &str) -> Option<Plot> {
@@ -200,6 +204,13 @@ fn effects(study: &Study) -> Plot {
         .collect();
     BarPlot { title: "F7 Time with an effect toggled", x: ("time over that of the plan", "1"), bars: &bars }
         .plot()
+}
+
+fn phases(study: &Study) -> Plot {
+    let bar = |(label, value): (&str, f64)| Bar { label: label.to_owned(), value, error: 0.0 };
+    let names = ["scene made ready", "light", "figures"];
+    let bars: Vec<Bar> = names.into_iter().zip(study.phases).map(bar).collect();
+    BarPlot { title: "F7 Time by phase", x: ("processor time", "s"), bars: &bars }.plot()
 }
 
 fn speed(study: &Study) -> Plot {

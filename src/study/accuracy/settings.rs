@@ -62,7 +62,7 @@ pub(super) fn turn(
 
 /// Value less reference, and its error: from paired replicas where both have as many histories and draw the
 /// same numbers, if that is the smaller error; else as of independent runs.
-fn difference(reference: &Timed, r: &Figure, t: &Timed, g: &Figure) -> (f64, f64) {
+pub(super) fn difference(reference: &Timed, r: &Figure, t: &Timed, g: &Figure) -> (f64, f64) {
     let by = g.value.unwrap_or(f64::NAN) - r.value.unwrap_or(f64::NAN);
     if std::ptr::eq(reference, t) || by == 0.0 && r.error == g.error {
         return (0.0, 0.0);

@@ -29,6 +29,9 @@ impl Study {
         if let Some(s) = of("wavelength grid") {
             lines.push(format!("<spectrum step=\"{}\"/>", s.setting));
         }
+        if let Some(s) = of("voxels").filter(|s| s.setting != "1") {
+            lines.push(format!("<volume coarser=\"{}\">", s.setting));
+        }
         let mut run = String::from("<run");
         if let Some(s) = of("roulette") {
             run += &format!(" roulette=\"{}\"", s.setting);
@@ -59,11 +62,13 @@ impl Study {
             histories: u64,
             t1: &'a [super::Result1],
             t2: &'a [super::Source2],
+            t2_inputs: &'a [super::Input2],
             t3: &'a [super::Time3],
             held_out: &'a Option<super::Held>,
             t4: &'a [Setting4],
             t5: &'a [super::Effect5],
             course: &'a [super::Step],
+            phases: [f64; 3],
             threads: &'a [(u64, f64, bool)],
             recommended: String,
         }
@@ -73,11 +78,13 @@ impl Study {
             histories: self.base.result.histories,
             t1: &self.results,
             t2: &self.budget,
+            t2_inputs: &self.inputs,
             t3: &self.times,
             held_out: &self.held,
             t4: &self.settings,
             t5: &self.effects,
             course: &self.steps,
+            phases: self.phases,
             threads: &self.threads,
             recommended: self.snippet(),
         };
@@ -88,6 +95,7 @@ impl Study {
             ("accuracy.txt".into(), self.to_string()),
             ("t1_results.csv".into(), table(&self.results)),
             ("t2_budget.csv".into(), table(&self.budget)),
+            ("t2_inputs.csv".into(), table(&self.inputs)),
             ("t3_times.csv".into(), table(&self.times)),
             ("t3_held_out.csv".into(), table(&held)),
             ("t4_settings.csv".into(), table(&self.settings)),
@@ -159,6 +167,10 @@ impl fmt::Display for Study {
         for s in &self.budget {
             let size = s.size.map_or("?".to_owned(), |x| digits(x, 2));
             writeln!(f, "  {:<28} {:<18} {:>10}  {:<12} {}", s.figure, s.source, size, s.how, s.note)?;
+        }
+        for i in &self.inputs {
+            let change = with_error(i.change, Some(i.error));
+            writeln!(f, "  {:<28} + 1 %: {:<40} {change:>22}", i.figure, i.input)?;
         }
         if !self.times.is_empty() {
             writeln!(f, "\nT3 processor time to a target (95 % band)")?;
