@@ -202,7 +202,12 @@ fn legend(
     let kinds = [Fate::Reflected, Fate::Transmitted, Fate::Ended];
     for (kind, n) in kinds.into_iter().zip(counts) {
         let mark = |x: f64, y: f64| {
-            format!("<path d=\"M{x:.1} {y:.1}h16\" stroke=\"{}\" stroke-width=\"2.4\"/>", kind.colour())
+            // On white, as in the picture: dark lines are seen on a dark page too.
+            format!(
+                "<path d=\"M{x:.1} {y:.1}h16\" stroke=\"#fff\" stroke-width=\"4.4\"/>\
+                 <path d=\"M{x:.1} {y:.1}h16\" stroke=\"{}\" stroke-width=\"2.4\"/>",
+                kind.colour()
+            )
         };
         entry(&mark, &format!("{} ({n})", kind.words()), out);
     }
