@@ -47,6 +47,18 @@ function check(what, good) {
     await page.selectOption("#quantity", "intensity");
     check("the polar curve has points", await page.locator("#polar .dot").count() > 8);
   }
+  const view = await page.evaluate(() => {
+    const svg = document.querySelector("svg.view");
+    if (!svg) return null;
+    const box = svg.getBoundingClientRect();
+    const marks = [...svg.querySelectorAll("path, circle, rect")].map((n) => n.getBoundingClientRect());
+    const out = marks.filter((b) => b.left < box.left - 2 || b.right > box.right + 2 || b.top < box.top - 2 || b.bottom > box.bottom + 2);
+    const of = (s) => svg.querySelectorAll(s).length;
+    return { bodies: of(".v-bodies path"), paths: of(".v-path"), grid: of(".v-grid"), marks: of(".v-sphere path[fill-opacity]"), out: out.length, width: box.width };
+  });
+  check("the sheet is drawn: bodies, paths and the sphere with its event",
+    view !== null && view.bodies > 10 && view.paths > 2 && view.grid === 1 && view.marks >= 2 && view.width > 500);
+  check("nothing of it lies outside its picture", view !== null && view.out === 0);
   // Every text of every plot lies inside its picture, and no two texts of one plot overlap.
   const faults = await page.evaluate(() => {
     const out = [];

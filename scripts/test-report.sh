@@ -31,7 +31,10 @@ fi
 program=${LIGHTPRO:-${CARGO_TARGET_DIR:-$root/target}/release/lightpro}
 "$program" run "$root/scenes/tutorial/sheet.xml" -D "source.trap=0 deg" --histories 20000 --quiet -o "$work/sheet"
 "$program" run "$root/scenes/tutorial/goniometer.xml" --sweep "source.polar=0:60:30 deg" --histories 10000 --quiet -o "$work/series"
-for name in sheet series; do
+"$program" run "$root/scenes/voxel-sheet.xml" --histories 4000 --quiet -o "$work/voxels"
+"$program" realise "$root/scenes/verify/deposited-lossless.xml" -o "$work/bodies" >/dev/null
+"$program" run "$work/bodies.xml" --histories 4096 --quiet -o "$work/bodies"
+for name in sheet series voxels bodies; do
     echo "$name"
     open_report "$work/$name/report.html" "$work/$name-pictures"
 done

@@ -2,16 +2,13 @@
 
 use super::csv::{LedgerRow, SpectrumRow};
 use super::directions::{self, Directions};
-use super::plot::{
-    Curve, HemisphereMap, LedgerBar, Plot, PolarCurve, PolarPlot, depth_profile, in_plane, spectra,
-};
+use super::plot::{Curve, HemisphereMap, LedgerBar, PolarCurve, PolarPlot, in_plane, spectra};
 use super::{RunFolder, RunResult, csv};
 use crate::run::Outcome;
 use crate::run::simulate::GroupResult;
 use crate::sap::Healpix;
 use crate::scene::Scene;
 use crate::scene::plan::Plan;
-use crate::universe::MediumId;
 use std::io;
 use std::ops::Range;
 
@@ -34,7 +31,7 @@ pub fn write(
     for_others(folder, scene, outcome)?;
     if let Some(first) = outcome.groups.first() {
         angular(folder, scene, first)?;
-        depth(folder, plan, first)?;
+        depth(folder, plan, outcome)?;
     }
     Ok(())
 }
@@ -154,44 +151,13 @@ fn write_angular(
     Ok(())
 }
 
-/// Absorption and fluence over depth by component: tables and plots of the first wavelength.
-fn depth(folder: &RunFolder, plan: &Plan, group: &GroupResult) -> io::Result<()> {
-    for (name, plot) in depth_plots(plan, group) {
-        let file = if name.starts_with("absorbed") { "absorbed_by_depth" } else { "fluence_by_depth" };
-        folder.write(&format!("{file}.csv"), plot.csv.as_bytes())?;
-        plot.write(folder, &format!("{file}_plot"))?;
+/// Absorption and fluence over depth: tables of all wavelengths, and plots.
+fn depth(folder: &RunFolder, plan: &Plan, outcome: &Outcome) -> io::Result<()> {
+    for (stem, csv) in super::depth::tables(plan, outcome) {
+        folder.write(&format!("{stem}.csv"), csv.as_bytes())?;
+    }
+    for (_, stem, plot) in super::depth::plots(plan, outcome) {
+        plot.write(folder, &stem)?;
     }
     Ok(())
-}
-
-/// Profiles over depth at the first wavelength: what they show, and the plot.
-pub fn depth_plots(plan: &Plan, group: &GroupResult) -> Vec<(&'static str, Plot)> {
-    let Some(depth) = &group.layout.depth else { return Vec::new() };
-    let bins = depth.bins as usize;
-    let step = (depth.top - depth.bottom) / bins as f64;
-    let edges: Vec<f64> = (0..=bins).map(|i| i as f64 * step).collect();
-    let mut out = Vec::new();
-    for (which, what, unit) in
-        [(0, "absorbed power per depth", "1/um"), (1, "fluence per incident flux", "1")]
-    {
-        let mut curves = Vec::new();
-        for (i, component) in plan.media.names.iter().enumerate() {
-            let cell = |bin| group.layout.depth_cell(MediumId(i as u16), bin) + which;
-            let moments: Vec<_> = (0..bins).map(|b| group.moments(cell(b), 0)).collect();
-            if moments.iter().all(|m| m.mean() == 0.0) {
-                continue;
-            }
-            let points: Vec<(f64, f64, f64)> = moments
-                .iter()
-                .enumerate()
-                .map(|(b, m)| ((b as f64 + 0.5) * step, m.mean() / step, m.standard_error() / step))
-                .collect();
-            curves.push(Curve { label: component.clone(), points });
-        }
-        let title = format!("{what}, {:.0} nm", group.wavelengths[0]);
-        if !curves.is_empty() {
-            out.push((what, depth_profile(&title, (what, unit), &edges, &curves)));
-        }
-    }
-    out
 }

@@ -5,7 +5,7 @@ use super::directions::Directions;
 use super::plot::{Curve, LedgerBar, LinePlot, Plot};
 use super::result::Status;
 use super::text::with_error;
-use super::{Figure, Manifest, RunResult, folder, instruments};
+use super::{Figure, Manifest, RunResult, depth, folder, instruments, view};
 use crate::math::pow;
 use crate::run::Outcome;
 use crate::scene::Scene;
@@ -58,6 +58,13 @@ impl Report<'_> {
             let _ = write!(body, "<h2>{}</h2>{}", escape(title), csv_table(csv));
         }
         effects(first.result, &mut body);
+        if let Some((svg, caption)) = view::svg(first.scene, self.plan) {
+            let _ = writeln!(
+                body,
+                "<h2 id=\"sheet\">The sheet and the light in it</h2>\n<figure class=\"wide\">{svg}<figcaption>{}</figcaption></figure>",
+                escape(&caption)
+            );
+        }
         self.understood(first, &mut body);
         let title = escape(&first.scene.name);
         let (style, script) = (include_str!("html/style.css"), include_str!("html/script.js"));
@@ -181,10 +188,8 @@ impl Report<'_> {
             let plot = super::plot::spectra("Spectra", ("share of the incident power", "1"), &curves);
             figures.push(("Bands are ± one standard error.".into(), inline(&plot)));
         }
-        if let Some(group) = first.outcome.groups.first() {
-            for (name, plot) in folder::depth_plots(self.plan, group) {
-                figures.push((format!("{name}: by component, ± one standard error."), inline(&plot)));
-            }
+        for (what, _, plot) in depth::plots(self.plan, first.outcome) {
+            figures.push((format!("{what}, ± one standard error."), inline(&plot)));
         }
         for t in instruments::tables(first.outcome) {
             let svg = svg_only(&t.svg(&first.scene.name));
@@ -207,13 +212,13 @@ impl Report<'_> {
             body,
             "<h2>Scene as understood</h2>\n<details><summary>All values, defaults filled in</summary><pre>{}</pre>\
              </details>",
-            escape(serde_json::to_string_pretty(&m.scene).unwrap_or_default())
+            escape(beginning(&serde_json::to_string_pretty(&m.scene).unwrap_or_default()))
         );
         if let Ok(text) = std::fs::read_to_string(&first.scene.path) {
             let _ = writeln!(
                 body,
                 "<details><summary>The scene file</summary><pre>{}</pre></details>",
-                escape(&text)
+                escape(beginning(&text))
             );
         }
         let mut rows = vec![
@@ -314,6 +319,16 @@ pub fn sweep_csv(name: &str, results: &[&RunResult], values: &[f64]) -> String {
         let _ = writer.write_record(&row);
     }
     String::from_utf8(writer.into_inner().unwrap_or_default()).unwrap_or_default()
+}
+
+/// A text for the page: of one with thousands of bodies the beginning.
+fn beginning(text: &str) -> std::borrow::Cow<'_, str> {
+    const MOST: usize = 200_000;
+    if text.len() <= MOST {
+        return text.into();
+    }
+    let end = (0..=MOST).rfind(|&i| text.is_char_boundary(i)).unwrap_or(0);
+    format!("{}\n… cut here: {} of {} bytes", &text[..end], end, text.len()).into()
 }
 
 /// At most `room` of `n` indices, evenly spread, first and last among them.
@@ -477,26 +492,36 @@ fn effects(result: &RunResult, body: &mut String) {
     body.push_str("</table>\n");
 }
 
-/// A CSV text as a table.
+/// Columns of a table that fit a printed page.
+const COLUMNS: usize = 9;
+
+/// A CSV text as a table; a wide one as several, each with the first column.
 fn csv_table(text: &str) -> String {
     let mut reader =
         ::csv::ReaderBuilder::new().has_headers(false).flexible(true).from_reader(text.as_bytes());
-    let mut out = String::from("<div class=\"scroll\"><table>");
-    for (i, record) in reader.records().flatten().enumerate() {
-        out.push_str("<tr>");
-        for cell in &record {
-            let number = cell.parse::<f64>();
-            let shown = match number {
-                Ok(x) if cell.len() > 8 => format!("{x:.6}"),
-                _ => escape(cell).into_owned(),
-            };
-            let tag = if i == 0 { "th" } else { "td" };
-            let class = if i > 0 && number.is_ok() { " class=\"n\"" } else { "" };
-            let _ = write!(out, "<{tag}{class}>{shown}</{tag}>");
+    let records: Vec<::csv::StringRecord> = reader.records().flatten().collect();
+    let wide = records.iter().map(::csv::StringRecord::len).max().unwrap_or(0);
+    let step = if wide <= COLUMNS { COLUMNS } else { COLUMNS - 1 };
+    let mut out = String::new();
+    for from in (1..wide.max(2)).step_by(step) {
+        out.push_str("<div class=\"scroll\"><table>");
+        for (i, record) in records.iter().enumerate() {
+            out.push_str("<tr>");
+            for cell in record.iter().take(1).chain(record.iter().skip(from).take(step)) {
+                let number = cell.parse::<f64>();
+                let shown = match number {
+                    Ok(x) if cell.len() > 8 => format!("{x:.6}"),
+                    _ => escape(cell).into_owned(),
+                };
+                let tag = if i == 0 { "th" } else { "td" };
+                let class = if i > 0 && number.is_ok() { " class=\"n\"" } else { "" };
+                let _ = write!(out, "<{tag}{class}>{shown}</{tag}>");
+            }
+            out.push_str("</tr>\n");
         }
-        out.push_str("</tr>\n");
+        out.push_str("</table></div>\n");
     }
-    out + "</table></div>\n"
+    out
 }
 
 #[cfg(test)]
@@ -511,6 +536,17 @@ mod tests {
         assert!(r == g && g == b && r.abs_diff(128) <= 1, "{r} {g} {b}");
         let (r, g, b) = screen_colour(53.24, 80.09, 67.20);
         assert!(r >= 254 && g <= 2 && b <= 2, "the red primary: {r} {g} {b}");
+    }
+
+    /// Every value of a wide table stands in it, in tables of at most [`COLUMNS`] columns.
+    #[test]
+    fn wide_tables_are_cut() {
+        let row = |c: char| (0..20).map(|i| format!("{c}{i}")).collect::<Vec<_>>().join(",");
+        let html = csv_table(&format!("{}\n{}\n", row('h'), row('v')));
+        assert!((0..20).all(|i| html.contains(&format!("<th>h{i}</th>")) && html.contains(&format!("<td>v{i}</td>"))));
+        assert_eq!(html.matches("<table>").count(), 3);
+        assert!(html.split("</tr>").all(|r| r.matches("<td>").count() <= COLUMNS));
+        assert_eq!(csv_table("a,b\n1,2\n").matches("<table>").count(), 1);
     }
 
     #[test]

@@ -15,7 +15,9 @@ pub mod instruments;
 pub mod difference;
 pub mod directions;
 pub mod fluorescence;
+pub mod depth;
 pub mod folder;
+pub mod view;
 pub mod html;
 
 pub use file::{RunFolder, write_atomic};

@@ -145,12 +145,25 @@ pub fn replay(scene: &Scene, plan: &Plan, number: u64, wavelength: Option<f64>) 
         let list: Vec<String> = scene.wavelengths.iter().map(f64::to_string).collect();
         return Err(format!("no wavelength {wanted} nm; the scene has {}", list.join(", ")));
     };
-    let groups = simulate::groups(scene, plan)?;
+    let group = simulate::group(scene, plan, group)?;
+    Ok(trail(group.as_ref(), number, lane))
+}
+
+/// Traces the first histories, at most `count`, at the first wavelength.
+///
+/// # Errors
+/// Constants that are missing.
+pub fn first(scene: &Scene, plan: &Plan, count: u64) -> Result<Vec<Trail>, String> {
+    let group = simulate::group(scene, plan, 0)?;
+    Ok((0..count.min(scene.run.histories)).map(|number| trail(group.as_ref(), number, 0)).collect())
+}
+
+fn trail(group: &dyn simulate::Group, number: u64, lane: usize) -> Trail {
     // Looks of next-event estimation draw from the same stream.
-    let eyes = groups[group].layout().detectors.views.clone();
+    let eyes = group.layout().detectors.views.clone();
     let mut trail = Trail { lane, eyes, ..Trail::default() };
-    groups[group].replay(number, &mut trail);
-    Ok(trail)
+    group.replay(number, &mut trail);
+    trail
 }
 
 fn place(v: DVec3) -> String {

@@ -208,24 +208,30 @@ impl<U: Universe, const N: usize> Group for Ready<'_, U, N> {
 
 /// Makes every wavelength group of a plan ready.
 pub(super) fn groups<'a>(scene: &'a Scene, plan: &'a Plan) -> Result<Vec<Box<dyn Group + 'a>>, String> {
+    (0..plan.groups.len()).map(|index| group(scene, plan, index)).collect()
+}
+
+/// Makes one wavelength group ready.
+pub(super) fn group<'a>(
+    scene: &'a Scene,
+    plan: &'a Plan,
+    index: usize,
+) -> Result<Box<dyn Group + 'a>, String> {
     if scene.run.generator != Generator::default() && !rng::SWAPS {
         return Err("this program was built without a second generator: \
                     cargo build --release --features philox"
             .to_owned());
     }
-    let ready = |(group, wavelengths): (usize, &Vec<f64>)| {
-        let (w, g) = (wavelengths.as_slice(), group as u64);
-        match &plan.universe {
-            AnyUniverse::Statistical(u) => lanes(scene, plan, u, w, g),
-            AnyUniverse::Lazy(u) => lanes(scene, plan, u, w, g),
-            AnyUniverse::Mixture(u) => lanes(scene, plan, u, w, g),
-            AnyUniverse::Synthetic(u) => lanes(scene, plan, u, w, g),
-            AnyUniverse::Ensemble(u) => lanes(scene, plan, u, w, g),
-            AnyUniverse::Realised(u) => lanes(scene, plan, u, w, g),
-            AnyUniverse::Voxel(u) => lanes(scene, plan, u, w, g),
-        }
-    };
-    plan.groups.iter().enumerate().map(ready).collect()
+    let (w, g) = (plan.groups[index].as_slice(), index as u64);
+    match &plan.universe {
+        AnyUniverse::Statistical(u) => lanes(scene, plan, u, w, g),
+        AnyUniverse::Lazy(u) => lanes(scene, plan, u, w, g),
+        AnyUniverse::Mixture(u) => lanes(scene, plan, u, w, g),
+        AnyUniverse::Synthetic(u) => lanes(scene, plan, u, w, g),
+        AnyUniverse::Ensemble(u) => lanes(scene, plan, u, w, g),
+        AnyUniverse::Realised(u) => lanes(scene, plan, u, w, g),
+        AnyUniverse::Voxel(u) => lanes(scene, plan, u, w, g),
+    }
 }
 
 fn lanes<'a, U: Universe>(

@@ -15,6 +15,7 @@ pub mod polar;
 pub mod section;
 
 pub use bars::{Bar, BarPlot};
+pub(super) use canvas::width;
 pub use hemisphere::{HemisphereMap, Patch};
 pub use ledger::LedgerBar;
 pub use lines::{Curve, LinePlot, depth_profile, spectra};

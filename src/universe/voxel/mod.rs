@@ -181,6 +181,18 @@ impl VoxelUniverse {
         Ok(VoxelUniverse { lattice, phases, normals, steps: rules.steps, anywhere: rules.anywhere })
     }
 
+    /// The same volume, its middle at the origin for every ray.
+    pub fn still(&self) -> Self {
+        VoxelUniverse { anywhere: false, ..self.clone() }
+    }
+
+    /// Edges of a voxel, µm, and the size of the volume along x and y, µm.
+    pub fn sizes(&self) -> ([f64; 3], [f64; 2]) {
+        let cells = self.volume().cells();
+        let edge = self.lattice.edge;
+        (edge, [0, 1].map(|a| cells[a] as f64 * edge[a]))
+    }
+
     /// Thickness of the volume, µm.
     pub fn thickness(&self) -> f64 {
         self.lattice.top()
