@@ -222,6 +222,7 @@ pub(super) fn groups<'a>(scene: &'a Scene, plan: &'a Plan) -> Result<Vec<Box<dyn
             AnyUniverse::Synthetic(u) => lanes(scene, plan, u, w, g),
             AnyUniverse::Ensemble(u) => lanes(scene, plan, u, w, g),
             AnyUniverse::Realised(u) => lanes(scene, plan, u, w, g),
+            AnyUniverse::Stack(u) => lanes(scene, plan, u, w, g),
             AnyUniverse::Voxel(u) => lanes(scene, plan, u, w, g),
         }
     };
