@@ -101,7 +101,7 @@ impl<const N: usize> Full<N> {
         }
         match self.lanes {
             Lanes::White => {}
-            Lanes::Weighted => extra.lane = (number % lanes as u64) as usize,
+            Lanes::Weighted => extra.lane = (number / weights::TURN % lanes as u64) as usize,
             Lanes::One(lane) => {
                 extra.lane = lane;
                 power = std::array::from_fn(|k| f64::from(u8::from(k == lane)));

@@ -526,11 +526,17 @@ pub(super) fn roulette<U: Universe, const N: usize>(
     rng: &mut Stream,
 ) -> bool {
     const SURVIVAL: f64 = 0.1;
+    // One lane that is strong enough settles it: no need to look at the others.
     let power = match world.full {
         // Lanes that go together by weights differ up to N-fold: their mean.
         Some(full) if N > 1 && full.lanes == full::Lanes::Weighted => {
-            total(&path.power, world.light.lanes) / world.light.lanes as f64
+            let lanes = world.light.lanes as f64;
+            if path.power[h.extra.lane] / lanes >= world.roulette {
+                return true;
+            }
+            total(&path.power, world.light.lanes) / lanes
         }
+        _ if path.power[0] >= world.roulette => return true,
         _ => largest(&path.power),
     };
     if power >= world.roulette {

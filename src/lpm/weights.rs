@@ -17,9 +17,14 @@ use crate::rng::Stream;
 use crate::universe::Universe;
 use std::sync::Arc;
 
-/// Steps of sin(θ/2) on which phase functions that differ between lanes are held: linear in cos θ between,
-/// for the draw as for the weights.
-const STEPS: usize = 2048;
+/// Histories in a row that one lane draws: its tables stay at hand.
+pub const TURN: u64 = 8;
+/// Steps of sin(θ/2) on which phase functions that differ between lanes are held, linear in cos θ between, for
+/// the draw as for the weights: the fewest of these with which 1 − ⟨cos θ⟩ of every lane is right to [`FINE`],
+/// for what fits the cache is drawn faster.
+const STEPS: [usize; 5] = [256, 512, 1024, 2048, 4096];
+/// See [`STEPS`].
+const FINE: f64 = 1e-4;
 /// Scatterings after which weights are settled at the latest: their product stays a number.
 const MOST: u32 = 64;
 
@@ -43,10 +48,34 @@ pub struct Differences<const N: usize> {
     pub eager: bool,
 }
 
-/// Cosine of a step: 1 − 2 sin²(θ/2).
-fn knot(i: usize) -> f64 {
-    let u = i as f64 / STEPS as f64;
-    1.0 - 2.0 * u * u
+/// Points between which a phase function is taken as linear where its steps are made.
+const POINTS: usize = 8192;
+
+/// A phase function at so many steps, as a table and as its knots (cos θ = 1 − 2 sin²(θ/2), p).
+///
+/// A knot has the mean of p under the hat function of its step: integral and mean cosine stay those of p, to
+/// 4/3 of the step squared, however the function ripples between.
+fn stepped(phase: &Phase, steps: usize) -> Result<(Table, Vec<(f64, f64)>), String> {
+    let at = |u: f64| 1.0 - 2.0 * u * u;
+    let knot = |i: usize| at(i as f64 / steps as f64);
+    let point = |j: usize| at(j as f64 / POINTS as f64);
+    let p: Vec<f64> = (0..=POINTS).map(|j| phase.pdf(point(j))).collect();
+    let each = POINTS / steps;
+    let mut sums = vec![[0.0; 2]; steps + 1];
+    for i in 0..steps {
+        let (first, length) = (knot(i), knot(i) - knot(i + 1));
+        for j in i * each..(i + 1) * each {
+            let (a, b) = (point(j), point(j + 1));
+            // The hat of the next knot rises from 0 to 1 over the step, that of this one falls.
+            let (rise, fall) = ([first - a, first - b].map(|x| x / length), |r: [f64; 2]| r.map(|r| 1.0 - r));
+            for (k, [f, g]) in [(i, fall(rise)), (i + 1, rise)] {
+                sums[k][0] += (a - b) * (p[j] * (2.0 * f + g) + p[j + 1] * (f + 2.0 * g)) / 6.0;
+                sums[k][1] += (a - b) * 0.5 * (f + g);
+            }
+        }
+    }
+    let knots: Vec<(f64, f64)> = sums.iter().enumerate().map(|(i, s)| (knot(i), s[0] / s[1])).collect();
+    Ok((Table::from_cosines(&knots).map_err(|e| e.to_string())?, knots))
 }
 
 impl<const N: usize> Differences<N> {
@@ -69,19 +98,30 @@ impl<const N: usize> Differences<N> {
             let differ = mu_s.iter().any(|x| *x != mu_s[0]);
             return Ok(differ.then_some(Scattering { mu_s, least, rows: None }));
         }
-        let mut rows = vec![[0.0; N]; STEPS + 1];
-        for k in 0..N {
-            if k >= lanes {
-                rows.iter_mut().for_each(|r| r[k] = r[lanes - 1]);
-                continue;
+        let all = |steps: usize| {
+            lights.iter().map(|l| stepped(&l.media[m].phase, steps)).collect::<Result<Vec<_>, _>>()
+        };
+        let fine = |found: &[(Table, Vec<(f64, f64)>)]| {
+            found.iter().zip(lights.iter()).all(|((table, _), l)| {
+                let (g, want) = (table.mean_cosine(), l.media[m].phase.mean_cosine());
+                (g - want).abs() <= FINE * (1.0 - want)
+            })
+        };
+        let mut found: Vec<_> = Vec::new();
+        for steps in STEPS {
+            found = all(steps)?;
+            if fine(&found) {
+                break;
             }
+        }
+        let mut rows = vec![[0.0; N]; found[0].1.len()];
+        for (k, (table, knots)) in found.into_iter().enumerate() {
             let medium = &mut lights[k].media[m];
-            let knots: Vec<(f64, f64)> = (0..=STEPS).map(|i| (knot(i), medium.phase.pdf(knot(i)))).collect();
-            let table = Table::from_cosines(&knots).map_err(|e| e.to_string())?;
             let scale = medium.mu_s / table.integral_as_written();
             rows.iter_mut().zip(&knots).for_each(|(r, knot)| r[k] = knot.1 * scale);
             medium.phase = Phase::Table(Arc::new(table));
         }
+        rows.iter_mut().for_each(|r| (lanes..N).for_each(|k| r[k] = r[lanes - 1]));
         Ok(Some(Scattering { mu_s, least, rows: Some(rows) }))
     }
 }
@@ -117,8 +157,9 @@ impl<const N: usize> Pending<N> {
             }
             return;
         };
-        let x2 = 0.5 * (1.0 - c) * (STEPS * STEPS) as f64;
-        let i = (x2.sqrt() as usize).min(STEPS - 1);
+        let steps = rows.len() - 1;
+        let x2 = 0.5 * (1.0 - c) * (steps * steps) as f64;
+        let i = (x2.sqrt() as usize).min(steps - 1);
         let f = ((x2 - (i * i) as f64) / (2 * i + 1) as f64).clamp(0.0, 1.0);
         let (near, far) = (&rows[i], &rows[i + 1]);
         let own = 1.0 / (near[lane] + f * (far[lane] - near[lane]));

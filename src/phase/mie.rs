@@ -17,7 +17,7 @@
 
 mod suspension;
 
-pub use suspension::{Suspension, suspension};
+pub use suspension::{Suspension, suspension, suspension_absorption};
 
 use crate::math::{PI, cos, sin};
 use num_complex::Complex64;

@@ -117,7 +117,7 @@ struct Constants {
     phases: Vec<(f64, Phase)>,
 }
 
-fn constants(material: &model::Material, nm: f64) -> Result<Constants, String> {
+fn constants(material: &model::Material, nm: f64, absorption_only: bool) -> Result<Constants, String> {
     let of = |e: String| format!("material '{}': {e}", material.id);
     let n = material.index.at(nm).map_err(|e| of(e.to_string()))?;
     let mut mu_a = absorption_from_k(n.im, nm);
@@ -127,12 +127,18 @@ fn constants(material: &model::Material, nm: f64) -> Result<Constants, String> {
     let mut phases = Vec::new();
     for scatterer in &material.scattering {
         match scatterer {
+            Scatterer::Coefficient { .. } if absorption_only => {}
             Scatterer::Coefficient { mu_s, phase } => {
                 phases.push((mu_s.at(nm).map_err(|e| of(e.to_string()))?, phase.clone()));
             }
             Scatterer::Mie { diameter, index, volume_fraction } => {
                 let particle = index.at(nm).map_err(|e| of(e.to_string()))?;
                 let nodes = sizes_that_count(diameter);
+                if absorption_only {
+                    mu_a += mie::suspension_absorption(&nodes, particle, n.re, nm, *volume_fraction)
+                        .map_err(|e| of(e.to_string()))?;
+                    continue;
+                }
                 let s = mie::suspension(&nodes, particle, n.re, nm, *volume_fraction)
                     .map_err(|e| of(e.to_string()))?;
                 mu_a += s.mu_a;
@@ -188,7 +194,7 @@ fn medium<const N: usize>(
     for (lane, &nm) in wavelengths.iter().enumerate() {
         let mut sum = Constants { n: num_complex::Complex64::ZERO, mu_a: 0.0, mu_s: 0.0, phases: Vec::new() };
         for &(material, share) in parts {
-            let c = constants(&scene.materials[material], nm)?;
+            let c = constants(&scene.materials[material], nm, first.is_some())?;
             sum.n = c.n;
             sum.mu_a += share * c.mu_a;
             sum.mu_s += share * c.mu_s;

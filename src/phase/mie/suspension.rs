@@ -54,6 +54,31 @@ pub fn suspension(
     wavelength_nm: f64,
     volume_fraction: f64,
 ) -> Result<Suspension, PhaseError> {
+    suspended(nodes, n_particle, n_medium, wavelength_nm, volume_fraction, true)
+}
+
+/// Absorption coefficient of the spheres of [`suspension`], 1/µm, without the work for its phase function.
+///
+/// # Errors
+/// As [`suspension`].
+pub fn suspension_absorption(
+    nodes: &[(f64, f64)],
+    n_particle: Complex64,
+    n_medium: f64,
+    wavelength_nm: f64,
+    volume_fraction: f64,
+) -> Result<f64, PhaseError> {
+    suspended(nodes, n_particle, n_medium, wavelength_nm, volume_fraction, false).map(|s| s.mu_a)
+}
+
+fn suspended(
+    nodes: &[(f64, f64)],
+    n_particle: Complex64,
+    n_medium: f64,
+    wavelength_nm: f64,
+    volume_fraction: f64,
+    with_phase: bool,
+) -> Result<Suspension, PhaseError> {
     check(nodes, n_particle, n_medium, wavelength_nm, volume_fraction)?;
     let m = n_particle / n_medium;
     let wavenumber = TAU * n_medium / (wavelength_nm * 1e-3);
@@ -74,7 +99,7 @@ pub fn suspension(
     }
     let number = volume_fraction / volume;
     let (mu_s, mu_a) = (number * sca, number * abs);
-    if sca == 0.0 {
+    if sca == 0.0 || !with_phase {
         return Ok(Suspension { mu_s, mu_a, g: 0.0, phase: Phase::Isotropic });
     }
     let g = forward / sca;

@@ -51,13 +51,13 @@ fn larger(scene: &Scene) -> Vec<(String, Scene)> {
         let scaled = |s: &Spectrum| scaled(s, &scene.wavelengths);
         // Air is known.
         if !matches!(m.index.n, Spectrum::Constant(n) if (n - 1.0).abs() < 1e-3) {
-            with("index", &|m| Ok(m.index.n = scaled(&m.index.n)?));
+            with("index", &|m| scaled(&m.index.n).map(|n| m.index.n = n));
         }
         if let Some(k) = &m.index.k {
-            with("kappa", &|m| Ok(m.index.k = Some(scaled(k)?)));
+            with("kappa", &|m| scaled(k).map(|k| m.index.k = Some(k)));
         }
         if let Some(a) = &m.absorption {
-            with("absorption", &|m| Ok(m.absorption = Some(scaled(a)?)));
+            with("absorption", &|m| scaled(a).map(|a| m.absorption = Some(a)));
         }
         for (j, s) in m.scattering.iter().enumerate() {
             let what = match s {
