@@ -15,8 +15,10 @@ fn dice(number: u64) -> Stream {
 fn rough(scale: f64) -> HeightMap {
     let (nx, ny) = (24, 17);
     let mut rng = dice(1);
-    let wave =
-        |i: usize, j: usize| 2.0 * (6.283 * i as f64 / 24.0).sin() + (6.283 * 2.0 * j as f64 / 17.0).cos();
+    let wave = |i: usize, j: usize| {
+        2.0 * (std::f64::consts::TAU * i as f64 / 24.0).sin()
+            + (std::f64::consts::TAU * 2.0 * j as f64 / 17.0).cos()
+    };
     let heights = (0..nx * ny).map(|k| scale * (wave(k % nx, k / nx) + 0.8 * rng.uniform())).collect();
     HeightMap::new(heights, [nx, ny], [0.75 * scale, 1.25 * scale]).unwrap()
 }
@@ -30,7 +32,7 @@ fn met(ahead: Ahead) -> Option<Meeting> {
 }
 
 fn direction(rng: &mut Stream) -> DVec3 {
-    let (c, f) = (2.0 * rng.uniform() - 1.0, 6.283 * rng.uniform());
+    let (c, f) = (2.0 * rng.uniform() - 1.0, std::f64::consts::TAU * rng.uniform());
     let s = (1.0 - c * c).sqrt();
     DVec3::new(s * f.cos(), s * f.sin(), c)
 }
@@ -218,7 +220,7 @@ fn scale_changes_no_bit() {
 #[test]
 fn a_sine_has_the_normals_of_a_sine() {
     let error = |n: usize| {
-        let wave = |i: usize| (6.283_185_307_179_586 * i as f64 / n as f64).sin();
+        let wave = |i: usize| (std::f64::consts::TAU * i as f64 / n as f64).sin();
         let map = HeightMap::new((0..2 * n).map(|k| wave(k % n)).collect(), [n, 2], [10.0 / n as f64, 1.0])
             .unwrap();
         let (mut got, mut want, rays) = (0.0, 0.0, 20_000);

@@ -264,7 +264,7 @@ fn homogeneous_layers_are_the_same_bits() {
         let down = dice.uniform() < 0.5;
         let (z, sign) = if down { (7.3, -1.0) } else { (0.0, 1.0) };
         let mut any = |sign: f64| {
-            let (c, f) = (dice.uniform(), 6.283 * dice.uniform());
+            let (c, f) = (dice.uniform(), std::f64::consts::TAU * dice.uniform());
             let s = (1.0 - c * c).sqrt();
             (DVec3::new(s * f.cos(), s * f.sin(), sign * c), dice.uniform())
         };
