@@ -230,6 +230,7 @@ pub(super) fn group<'a>(
         AnyUniverse::Synthetic(u) => lanes(scene, plan, u, w, g),
         AnyUniverse::Ensemble(u) => lanes(scene, plan, u, w, g),
         AnyUniverse::Realised(u) => lanes(scene, plan, u, w, g),
+        AnyUniverse::Stack(u) => lanes(scene, plan, u, w, g),
         AnyUniverse::Voxel(u) => lanes(scene, plan, u, w, g),
     }
 }

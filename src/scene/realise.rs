@@ -2,11 +2,14 @@
 
 use super::deposit;
 use super::media::Media;
-use super::model::{Edges, Realised, Scene, StartIn};
+use super::model::{Edges, Realised, Scene, StartIn, StatisticalSheet};
 use super::statistical::{LayerReport, clear_faces, populations};
+use crate::universe::SurfaceId;
 use crate::universe::any::AnyUniverse;
+use crate::universe::statistical::Population;
 use crate::universe::synthetic::drum::Entry;
 use crate::universe::synthetic::realise::Boolean;
+use crate::universe::synthetic::stack::{Faces, Layer, Stack};
 
 /// The ensemble of realisations, its thickness (µm), its reports and what `plan` says of it.
 ///
@@ -21,53 +24,85 @@ pub fn build(
     if let Some(how) = &realised.deposit {
         return deposit::build(how, sheet, scene, media);
     }
-    let (model, reports) = model(realised, scene, media)?;
+    let (layers, reports) = layers(sheet, scene, media)?;
     let from_pores = sheet.edges == Edges::Cut && sheet.start == StartIn::Pore;
     let entry = Entry { spread: realised.spread, from_pores };
-    let drum = model.ensemble(scene.run.seed, entry).map_err(|e| e.to_string())?;
-    let notes = vec![
-        format!(
-            "realisations of the Boolean (Poisson) ensemble, one for every {} histories: their mean is what \
-             memory=\"full\" gives",
-            scene.run.shared
-        ),
-        drum.describe_search(),
-    ];
-    Ok((AnyUniverse::Realised(drum), model.sheet[1], reports, notes))
+    let mut notes = vec![format!(
+        "realisations of the Boolean (Poisson) ensemble, one for every {} histories: their mean is what \
+         memory=\"full\" gives",
+        scene.run.shared
+    )];
+    let top = layers.first().map_or(0.0, |l| l.slab.top);
+    if let (true, Some(model)) = (clear_faces(sheet, scene) == [true; 2], only(&layers)) {
+        let drum = model.ensemble(scene.run.seed, entry).map_err(|e| e.to_string())?;
+        notes.push(drum.describe_search());
+        return Ok((AnyUniverse::Realised(drum), top, reports, notes));
+    }
+    let faces = Faces {
+        outside: sheet.outside,
+        bottom_surface: SurfaceId::SMOOTH,
+        open: super::statistical::open_faces(sheet, scene),
+    };
+    let stack = Stack::ensemble(&layers, faces, scene.run.seed, entry).map_err(|e| e.to_string())?;
+    for (i, (_, drum)) in stack.layers().enumerate() {
+        notes.extend(drum.map(|d| format!("layer {}: {}", i + 1, d.describe_search())));
+    }
+    Ok((AnyUniverse::Stack(stack), top, reports, notes))
 }
 
-/// The Boolean sheet, and its report.
+/// The layers, and the reports of those with bodies.
+fn layers(
+    sheet: &StatisticalSheet,
+    scene: &Scene,
+    media: &mut Media,
+) -> Result<(Vec<Layer>, Vec<LayerReport>), String> {
+    let (populations, reports) = populations(sheet, scene, media)?;
+    let layer = |p: Population| {
+        let slab = p.slab;
+        let bodies = (!p.kinds.is_empty()).then(|| Boolean {
+            kinds: p.kinds,
+            density: p.density,
+            sheet: [slab.bottom, slab.top],
+            pore: slab.pore,
+            overlap: sheet.overlap,
+            contained: sheet.edges == Edges::Contained,
+        });
+        Layer { slab, bodies }
+    };
+    Ok((populations.into_iter().map(layer).collect(), reports))
+}
+
+/// The bodies of a sheet of one layer.
+fn only(layers: &[Layer]) -> Option<&Boolean> {
+    match layers {
+        [one] => one.bodies.as_ref(),
+        _ => None,
+    }
+}
+
+/// The Boolean sheet of one layer that a `<cell>` can hold, and its report.
 ///
 /// # Errors
-/// As [`build`].
+/// As [`build`]; sheets of several layers, and faces with a surface.
 pub fn model(
     realised: &Realised,
     scene: &Scene,
     media: &mut Media,
 ) -> Result<(Boolean, Vec<LayerReport>), String> {
     let sheet = &realised.sheet;
-    let (mut layers, reports) = populations(sheet, scene, media)?;
-    let layer = match layers.pop() {
-        Some(layer) if layers.is_empty() && !layer.kinds.is_empty() => layer,
-        _ => {
-            return Err(
-                "realisations have one layer of bodies; kind=\"statistical\" takes several".to_owned()
-            );
-        }
+    let (layers, reports) = layers(sheet, scene, media)?;
+    let Some(model) = only(&layers) else {
+        return Err("a <cell> holds one layer of bodies; kind=\"synthetic\" with the <sheet> itself runs \
+                    several, realised"
+            .to_owned());
     };
     if clear_faces(sheet, scene) != [true; 2] {
-        return Err("the faces of a realised sheet have no surface of their own: the pores must have the \
-                    refractive index of what is outside, and the layer no `surface`; kind=\"statistical\" \
-                    takes both"
-            .to_owned());
+        return Err(
+            "the faces of a <cell> have no surface of their own: the pores must have the refractive \
+                    index of what is outside, and the layer no `surface`; kind=\"synthetic\" with the \
+                    <sheet> itself takes both"
+                .to_owned(),
+        );
     }
-    let model = Boolean {
-        kinds: layer.kinds,
-        density: layer.density,
-        sheet: [layer.slab.bottom, layer.slab.top],
-        pore: layer.slab.pore,
-        overlap: sheet.overlap,
-        contained: sheet.edges == Edges::Contained,
-    };
-    Ok((model, reports))
+    Ok((model.clone(), reports))
 }

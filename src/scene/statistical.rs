@@ -117,6 +117,13 @@ pub(super) fn clear_faces(sheet: &StatisticalSheet, scene: &model::Scene) -> [bo
     [smooth && same(sheet.layers.first()), same(sheet.layers.last())]
 }
 
+/// Whether rays just leave by the upper and the lower face of a realised sheet, as they do of a statistical
+/// one: equal index and smooth, or below a backing in optical contact.
+pub(super) fn open_faces(sheet: &StatisticalSheet, scene: &model::Scene) -> [bool; 2] {
+    let [top, bottom] = clear_faces(sheet, scene);
+    [top, bottom || sheet.backing.is_some()]
+}
+
 fn rung(memory: Memory) -> Rung {
     match memory {
         Memory::Homogeneous => Rung::Homogeneous,

@@ -9,6 +9,8 @@ use crate::scene::plan::Plan;
 use crate::scene::{Scene, Universe as Where};
 use crate::universe::MediumId;
 use crate::universe::any::AnyUniverse;
+use crate::universe::sheet::Slab;
+use crate::universe::synthetic::drum::Drum;
 use crate::universe::synthetic::{Search, Setting, SyntheticUniverse, corners};
 use crate::universe::voxel::VoxelUniverse;
 use std::fmt::Write;
@@ -30,6 +32,8 @@ pub struct Structure {
 
 enum What {
     Bodies(SyntheticUniverse),
+    /// Upper plane, medium and bodies of each layer, top to bottom.
+    Layers(Vec<(Slab, Option<SyntheticUniverse>)>),
     Voxels(VoxelUniverse),
 }
 
@@ -55,19 +59,23 @@ impl Structure {
                 Structure { what: What::Bodies(u), planes, window, bodies, media }
             }
             AnyUniverse::Realised(drum) => {
-                let model = drum.model();
                 let radius = drum.radius_of(BODIES);
-                let bodies = drum.bodies(scene.run.seed, 0, radius);
-                let parts = bodies.iter().flat_map(|b| [Some(b.0), b.1]).flatten().collect();
-                let setting = Setting {
-                    overlap: model.overlap,
-                    sheet: Some(model.sheet),
-                    period: None,
-                    search: Search::Automatic,
-                };
-                let u = SyntheticUniverse::with(model.pore, parts, setting).map_err(|e| e.to_string())?;
+                let (u, bodies) = standing(&drum, scene.run.seed, radius)?;
                 let side = radius * std::f64::consts::SQRT_2; // the square within the disc that is known
                 Structure { what: What::Bodies(u), planes, window: [[0.0; 2], [side; 2]], bodies, media }
+            }
+            AnyUniverse::Stack(stack) => {
+                let drums = || stack.layers().filter_map(|l| l.1);
+                let radius = drums().map(|d| d.radius_of(BODIES)).fold(f64::INFINITY, f64::min);
+                let (mut layers, mut bodies) = (Vec::new(), Vec::new());
+                for (slab, drum) in stack.layers() {
+                    let stands = drum.map(|d| standing(d, d.seed(), radius)).transpose()?;
+                    let (u, own) = stands.unzip();
+                    layers.push((slab, u));
+                    bodies.extend(own.into_iter().flatten());
+                }
+                let side = radius * std::f64::consts::SQRT_2;
+                Structure { what: What::Layers(layers), planes, window: [[0.0; 2], [side; 2]], bodies, media }
             }
             AnyUniverse::Voxel(u) => {
                 let cells = u.volume().cells();
@@ -92,7 +100,25 @@ impl Structure {
     pub fn medium_at(&self, point: DVec3) -> MediumId {
         match &self.what {
             What::Bodies(u) => u.medium_at(point),
+            What::Layers(layers) => {
+                let (slab, u) = layer_at(layers, point.z);
+                u.as_ref().map_or(slab.pore, |u| u.medium_at(point))
+            }
             What::Voxels(u) => u.medium_at(point),
+        }
+    }
+
+    /// Numbers of the bodies that cover a point.
+    fn bodies_at(&self, point: DVec3) -> Vec<usize> {
+        match &self.what {
+            What::Bodies(u) => u.bodies_at(point),
+            What::Layers(layers) => {
+                let above = layers.iter().take_while(|l| point.z < l.0.bottom);
+                let first: usize = above.filter_map(|l| l.1.as_ref()).map(SyntheticUniverse::count).sum();
+                let here = layer_at(layers, point.z).1.as_ref();
+                here.map_or(Vec::new(), |u| u.bodies_at(point).into_iter().map(|b| first + b).collect())
+            }
+            What::Voxels(_) => Vec::new(),
         }
     }
 
@@ -133,6 +159,10 @@ impl Structure {
     fn pore(&self) -> usize {
         match &self.what {
             What::Bodies(u) => usize::from(u.ambient().0),
+            What::Layers(layers) => {
+                let holds = layers.iter().find(|l| l.1.is_some()).or(layers.first());
+                holds.map_or(0, |l| usize::from(l.0.pore.0))
+            }
             What::Voxels(_) => 0,
         }
     }
@@ -144,14 +174,16 @@ impl Structure {
         let [bottom, top] = self.planes;
         let mut rng = Stream::of(seed, 0, 1 << 40, Purpose::Probe);
         let mut found = Overlaps { points, covered: 0, several: 0, pairs: Vec::new() };
-        let What::Bodies(u) = &self.what else { return found };
+        if matches!(self.what, What::Voxels(_)) {
+            return found;
+        }
         for _ in 0..points {
             let at = DVec3::new(
                 middle[0] + size[0] * (rng.uniform() - 0.5),
                 middle[1] + size[1] * (rng.uniform() - 0.5),
                 bottom + (top - bottom) * rng.uniform(),
             );
-            let bodies = u.bodies_at(at);
+            let bodies = self.bodies_at(at);
             found.covered += u64::from(!bodies.is_empty());
             if let [a, b, ..] = bodies[..] {
                 found.several += 1;
@@ -203,6 +235,22 @@ impl Overlaps {
         }
         out
     }
+}
+
+fn layer_at(layers: &[(Slab, Option<SyntheticUniverse>)], z: f64) -> &(Slab, Option<SyntheticUniverse>) {
+    let below = layers.iter().take_while(|l| z < l.0.bottom).count();
+    &layers[below.min(layers.len() - 1)]
+}
+
+/// The first realisation of a drum within `radius` of the z axis.
+fn standing(drum: &Drum, seed: u64, radius: f64) -> Result<(SyntheticUniverse, Vec<BodyParts>), String> {
+    let model = drum.model();
+    let bodies = drum.bodies(seed, 0, radius);
+    let parts = bodies.iter().flat_map(|b| [Some(b.0), b.1]).flatten().collect();
+    let setting =
+        Setting { overlap: model.overlap, sheet: Some(model.sheet), period: None, search: Search::Automatic };
+    let u = SyntheticUniverse::with(model.pore, parts, setting).map_err(|e| e.to_string())?;
+    Ok((u, bodies))
 }
 
 /// Middle and size of what holds all bodies.

@@ -6,6 +6,7 @@ use super::statistical::lazy::LazyUniverse;
 use super::synthetic::SyntheticUniverse;
 use super::synthetic::drum::Drum;
 use super::synthetic::ensemble::Ensemble;
+use super::synthetic::stack::Stack;
 use super::voxel::VoxelUniverse;
 
 /// Any universe; matched once per run, never per event.
@@ -23,6 +24,8 @@ pub enum AnyUniverse {
     Ensemble(Ensemble),
     /// Explicit bodies drawn from statistics, a realisation after the other.
     Realised(Drum),
+    /// Several layers of these, or one whose faces have a surface.
+    Stack(Stack),
     /// A labelled volume.
     Voxel(VoxelUniverse),
 }

@@ -12,6 +12,7 @@
 
 mod cylinder;
 mod ellipsoid;
+pub mod height;
 pub mod integral;
 mod plane;
 mod slanted;

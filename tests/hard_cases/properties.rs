@@ -252,6 +252,7 @@ fn keeps(plan: &Plan, seed: u64, before: usize) -> usize {
         AnyUniverse::Synthetic(u) => contract(u, top, seed, before),
         AnyUniverse::Ensemble(u) => contract(u, top, seed, before),
         AnyUniverse::Realised(u) => contract(u, top, seed, before),
+        AnyUniverse::Stack(u) => contract(u, top, seed, before),
         AnyUniverse::Voxel(u) => contract(u, top, seed, before),
     }
 }

@@ -45,6 +45,8 @@ pub(super) struct Piece {
     pub words: &'static str,
 }
 
+const REALISED: &str = "Bodies: a realisation of the same statistics; each history of the run has its own.";
+
 impl Piece {
     /// A piece of the universe of a plan, about twice as wide as the sheet is thick.
     pub fn of(scene: &Scene, plan: &Plan) -> Self {
@@ -53,10 +55,11 @@ impl Piece {
             AnyUniverse::Synthetic(u) => alone(u, planes),
             AnyUniverse::Ensemble(u) => cell(&u.cells()[0], planes),
             AnyUniverse::Voxel(u) => voxels(u, planes),
-            AnyUniverse::Realised(drum) => {
-                let words =
-                    "Bodies: a realisation of the same statistics; each history of the run has its own.";
-                drawn(scene, std::slice::from_ref(drum.model()), planes, words)
+            AnyUniverse::Realised(drum) => drawn(scene, std::slice::from_ref(drum.model()), planes, REALISED),
+            AnyUniverse::Stack(stack) => {
+                let models: Vec<_> =
+                    stack.layers().filter_map(|l| l.1).map(|drum| drum.model().clone()).collect();
+                drawn(scene, &models, planes, REALISED)
             }
             AnyUniverse::Statistical(u) => statistical(scene, u.layers(), planes),
             AnyUniverse::Lazy(u) => statistical(scene, u.sheet().layers(), planes),

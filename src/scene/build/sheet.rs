@@ -4,7 +4,7 @@ use super::{Node, Reading};
 use crate::law::SizeLaw;
 use crate::scene::diagnostic::Diagnostic;
 use crate::scene::model::*;
-use crate::universe::{MediumId, Overlap};
+use crate::universe::{MediumId, Overlap, SurfaceId};
 
 impl Reading<'_> {
     pub fn universe(
@@ -81,8 +81,48 @@ impl Reading<'_> {
         // What the same file says to the statistical universe; its mean is that of full memory.
         let _ = (memory(e), e.text("rate"));
         self.deposits = deposit.is_some();
+        let nodes: Vec<Node<'_>> = sheet.children("layer").collect();
         let sheet = self.statistical(e, sheet, Memory::Full, materials, surfaces);
+        if deposit.is_some() {
+            self.check_deposited(e, &nodes, &sheet, materials);
+        }
         Some(Universe::Realised(Realised { sheet, spread, deposit }))
+    }
+
+    /// A deposited sheet is one layer between two rough faces that its fibres make.
+    fn check_deposited(
+        &mut self,
+        e: Node<'_>,
+        layers: &[Node<'_>],
+        sheet: &StatisticalSheet,
+        materials: &[Material],
+    ) {
+        const OTHERWISE: &str = "<realise model=\"boolean\"/> realises several layers and faces with a surface, \
+                                 kind=\"statistical\" takes them as well";
+        if self.out.error_count() > 0 {
+            return;
+        }
+        if let [_, second, ..] = layers {
+            let d = Diagnostic::error(second.own.place, "a second layer of a deposited sheet")
+                .label("fibres fall on each other, not on planes between layers")
+                .other(e.own.place, "deposited here");
+            self.out.push(d.help(OTHERWISE));
+            return;
+        }
+        let ([node], [layer]) = (layers, sheet.layers.as_slice()) else { return };
+        let index = |m: MediumId| materials.get(usize::from(m.0)).map(|m| &m.index);
+        let (place, what) = if layer.surface != SurfaceId::SMOOTH {
+            (node.place("surface"), "a surface on the face of a deposited sheet")
+        } else if index(layer.pore) != index(sheet.outside) {
+            (
+                node.own.place,
+                "the pores of a deposited sheet have another refractive index than what is outside",
+            )
+        } else {
+            return;
+        };
+        let d = Diagnostic::error(place, what).label("its faces are those of its fibres: there is no plane");
+        self.out.push(d.help(OTHERWISE));
     }
 
     fn depositing(&mut self, e: Node<'_>, r: Node<'_>) -> Depositing {

@@ -54,6 +54,14 @@ pub fn characterise(scene: &Scene, lines: u64) -> Result<Characteristics, String
             window = Window::Discs(radius, REALISATIONS);
             measure(drum, planes, media, lines, scene.run.shared, seed)
         }
+        AnyUniverse::Stack(stack) => {
+            let drums = || stack.layers().filter_map(|l| l.1);
+            let radius = drums().map(|d| d.radius_of(BODIES)).fold(f64::INFINITY, f64::min);
+            let known = |r: u32| drums().flat_map(move |d| d.bodies(d.seed(), u64::from(r), radius));
+            bodies = (0..REALISATIONS).flat_map(known).collect();
+            window = Window::Discs(radius, REALISATIONS);
+            measure(stack, planes, media, lines, scene.run.shared, seed)
+        }
         AnyUniverse::Ensemble(u) => {
             let [x, y] = u.cells()[0].period();
             bodies = u.cells().iter().flat_map(|c| c.bodies()).collect();

@@ -170,6 +170,11 @@ impl StatisticalUniverse {
         self.layers.first().map_or(0.0, |l| l.slab.top) - self.layers.last().map_or(0.0, |l| l.slab.bottom)
     }
 
+    /// Whether the upper and the lower face have no surface: rays just leave.
+    pub fn open(&self) -> [bool; 2] {
+        [self.open_top, self.open_bottom]
+    }
+
     /// Layers, top to bottom.
     pub fn layers(&self) -> &[Population] {
         &self.layers
@@ -371,7 +376,12 @@ impl StatisticalUniverse {
     }
 }
 
-fn plane_interface(distance: f64, normal: DVec3, beyond: MediumId, surface: SurfaceId) -> Interface {
+pub(in crate::universe) fn plane_interface(
+    distance: f64,
+    normal: DVec3,
+    beyond: MediumId,
+    surface: SurfaceId,
+) -> Interface {
     Interface { distance, normal, facet: normal, axis: DVec3::X, beyond, surface, body: super::BodyId(0) }
 }
 

@@ -171,6 +171,21 @@ impl Drum {
         self.model.sheet
     }
 
+    /// Seed of its realisations.
+    pub fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    /// Histories are displaced within ± this, µm.
+    pub(super) fn spread(&self) -> f64 {
+        self.spread
+    }
+
+    /// What tells realisations of different models apart.
+    pub(super) fn print(&self) -> u64 {
+        self.print
+    }
+
     /// Radius of the disc in which about `count` bodies come together, µm; at least that of the first
     /// annulus.
     pub fn radius_of(&self, count: f64) -> f64 {
@@ -203,7 +218,7 @@ impl Drum {
     }
 
     /// Has `memory` hold the realisation number `realisation`.
-    fn hold(&self, memory: &mut Grown, realisation: u64) {
+    pub(super) fn hold(&self, memory: &mut Grown, realisation: u64) {
         let key = Some([self.seed, realisation, self.print]);
         if memory.of != key {
             *memory = Grown { of: key, ..Grown::default() };
@@ -211,7 +226,7 @@ impl Drum {
     }
 
     /// A ray that comes in at `shift` from where it seems to.
-    fn stand(&self, ray: &Ray, shift: DVec3, memory: &mut Grown) -> Start<Displaced> {
+    pub(super) fn stand(&self, ray: &Ray, shift: DVec3, memory: &mut Grown) -> Start<Displaced> {
         let mut here = Displaced { place: Place::new(*ray), shift };
         here.place = flight::start(&mut self.view(memory), &here.shifted(ray));
         // More bodies than can be numbered: nothing is right from here on.

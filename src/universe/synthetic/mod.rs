@@ -26,6 +26,7 @@ mod index;
 mod place;
 pub mod realise;
 mod region;
+pub mod stack;
 
 pub use index::Search;
 pub use place::{CAPACITY, Displaced, Place};
@@ -190,6 +191,11 @@ impl SyntheticUniverse {
     pub fn bodies(&self) -> impl Iterator<Item = (Part, Option<Part>)> + '_ {
         let outer = self.regions.iter().filter(|r| !r.is_hole());
         outer.map(|r| (r.part, r.hollow().map(|h| self.regions[h as usize].part)))
+    }
+
+    /// Number of bodies, hollows counted.
+    pub fn count(&self) -> usize {
+        self.regions.len()
     }
 
     /// Thickness of the thinnest body, or of its wall where it is hollow, µm.

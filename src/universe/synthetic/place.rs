@@ -258,6 +258,11 @@ impl Displaced {
         self.place.inside.items().is_empty()
     }
 
+    /// Whether a body is around the ray where it reaches the limit that was last asked for.
+    pub(super) fn covered_ahead(&self) -> bool {
+        !self.place.before.items().is_empty()
+    }
+
     /// The ray among the bodies.
     #[inline]
     pub(super) fn shifted(&self, ray: &Ray) -> Ray {

@@ -400,6 +400,7 @@ impl<E: Exactness> Universe for LazyUniverse<E> {
 
     #[inline]
     fn reflected(&self, _: &Ray, place: &mut Place, _: &mut Memory, _: &Interface) {
+        place.stands = None; // at a plane the ray has left the body that it stood on
         if let Some(Answer { met: Met::Surface { body, surface, enters }, .. }) = place.answer.take() {
             place.stands = Some(Stands { body, surface, inside: !enters });
             place.stale += 1;
