@@ -13,7 +13,7 @@ import numpy as np
 import xmlschema
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkIOImage import vtkMetaImageReader
-from vtkmodules.vtkIOXML import vtkXMLPolyDataReader
+from vtkmodules.vtkIOXML import vtkXMLPolyDataReader, vtkXMLImageDataReader
 
 root, work = map(pathlib.Path, sys.argv[1:3])
 
@@ -120,5 +120,12 @@ reader = vtkMetaImageReader()
 reader.SetFileName(str(work / "meta-voxels.mhd"))
 reader.Update()
 image = reader.GetOutput()
+vti = vtkXMLImageDataReader()
+vti.SetFileName(str(work / "meta-voxels.vti"))
+vti.Update()
+cells = vti.GetOutput()
+shape = tuple(n - 1 for n in cells.GetDimensions())
+labels = vtk_to_numpy(cells.GetCellData().GetArray("label")).reshape(shape, order="F")
+check("and those of meta-voxels.vti", np.array_equal(labels, volume) and np.allclose(cells.GetSpacing(), 0.5))
 same = vtk_to_numpy(image.GetPointData().GetScalars()).reshape(image.GetDimensions(), order="F")
 check("VTK reads the same labels from meta-voxels.mhd", np.array_equal(same, volume) and np.allclose(image.GetSpacing(), 0.5))

@@ -31,7 +31,7 @@ cat >"$work/tubes.xml" <<'SCENE'
 </scene>
 SCENE
 "$program" realise "$work/tubes.xml" --cell 0.15mm --voxel 0.5um -o "$work/cell" >/dev/null
-"$program" realise "$work/tubes.xml" --cell 0.15mm --voxel 0.5um --mhd -o "$work/meta" >/dev/null
+"$program" realise "$work/tubes.xml" --cell 0.15mm --voxel 0.5um --mhd --vti -o "$work/meta" >/dev/null
 mkdir "$work/replay"
 "$program" replay "$work/tubes.xml" --history 8 -o "$work/replay" >/dev/null
 "$venv/bin/python" "$root/scripts/test-files.py" "$root" "$work"

@@ -126,6 +126,9 @@ enum Command {
         /// The volume as MetaImage (.mhd and .raw) instead of NRRD
         #[arg(long, requires = "voxel")]
         mhd: bool,
+        /// The volume as VTK ImageData (.vti) for ParaView beside it
+        #[arg(long, requires = "voxel")]
+        vti: bool,
         /// Overwrite files that are there
         #[arg(long)]
         force: bool,
@@ -461,8 +464,8 @@ fn main() -> ExitCode {
                 false => Ok(()),
             })
         }
-        Command::Realise { scene, out, realisation, cell, voxel, mhd, force } => {
-            let how = command::RealiseArgs { out, realisation, cell, voxel, mhd, force };
+        Command::Realise { scene, out, realisation, cell, voxel, mhd, vti, force } => {
+            let how = command::RealiseArgs { out, realisation, cell, voxel, mhd, vti, force };
             command::realise(&scene.into_args(), &how).and_then(|t| say(&t))
         }
         Command::Characterise { scene, lines, out, force } => {

@@ -52,7 +52,7 @@ fn one_sheet_as_bodies_and_as_voxels() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name);
     std::fs::write(path("sheet.xml"), SHEET).unwrap();
-    let args = ["realise", "sheet.xml", "--cell", "0.15 mm", "--voxel", "0.25 um"];
+    let args = ["realise", "sheet.xml", "--cell", "0.15 mm", "--voxel", "0.25 um", "--vti"];
     let out = lightpro(folder.path(), &args);
     assert!(out.status.success(), "{}", told(&out));
     // Nothing is overwritten without being asked to.

@@ -9,7 +9,7 @@ use crate::study::characterise::bodies::BodyParts;
 use crate::study::characterise::lines;
 use crate::study::structure::Structure;
 use crate::universe::synthetic::SyntheticUniverse;
-use crate::universe::voxel::write::{self, Grid};
+use crate::universe::voxel::write::{self, Grid, Vti};
 use crate::universe::{MediumId, Overlap};
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -27,6 +27,8 @@ pub struct RealiseArgs {
     pub voxel: Option<f64>,
     /// The volume as MetaImage (.mhd and .raw) instead of NRRD.
     pub mhd: bool,
+    /// The volume as VTK ImageData beside it.
+    pub vti: bool,
     /// Existing files may be overwritten.
     pub force: bool,
 }
@@ -72,6 +74,7 @@ pub fn realise(args: &SceneArgs, how: &RealiseArgs) -> Result<String, Failure> {
         scene: named(".xml"),
         mesh: named(".vtp"),
         volume: how.voxel.map(|_| named(if how.mhd { "-voxels.mhd" } else { "-voxels.nrrd" })),
+        vti: how.voxel.filter(|_| how.vti).map(|_| named("-voxels.vti")),
         voxel_scene: how.voxel.map(|_| named("-voxels.xml")),
     };
     files.free(how.force)?;
@@ -96,8 +99,8 @@ pub fn realise(args: &SceneArgs, how: &RealiseArgs) -> Result<String, Failure> {
     if left_out > 0 {
         said += &format!("{left_out} bodies without end are not in the mesh\n");
     }
-    if let (Some(edge), Some(volume), Some(voxel_scene)) = (how.voxel, &files.volume, &files.voxel_scene) {
-        said += &voxelise(&drawn, &scene, edge, volume, voxel_scene, &source, how.mhd)?;
+    if let Some(edge) = how.voxel {
+        said += &voxelise(&drawn, &scene, edge, &files, &source, how.mhd)?;
     }
     if stem.parent() != scene.path.parent() && !scene.files.is_empty() {
         said +=
@@ -110,13 +113,15 @@ struct Files {
     scene: PathBuf,
     mesh: PathBuf,
     volume: Option<PathBuf>,
+    vti: Option<PathBuf>,
     voxel_scene: Option<PathBuf>,
 }
 
 impl Files {
     fn free(&self, force: bool) -> Result<(), Failure> {
-        let all = [Some(&self.scene), Some(&self.mesh), self.volume.as_ref(), self.voxel_scene.as_ref()];
-        match all.into_iter().flatten().find(|p| !force && p.exists()) {
+        let own = [Some(&self.scene), Some(&self.mesh)].into_iter();
+        let all = own.chain([&self.volume, &self.vti, &self.voxel_scene].map(Option::as_ref));
+        match all.flatten().find(|p| !force && p.exists()) {
             Some(taken) => Err(told(taken, &"is there already; --force overwrites it, -o names others")),
             None => Ok(()),
         }
@@ -171,11 +176,13 @@ fn voxelise(
     drawn: &Drawn,
     scene: &Scene,
     edge: f64,
-    volume: &Path,
-    voxel_scene: &Path,
+    files: &Files,
     source: &Source,
     mhd: bool,
 ) -> Result<String, Failure> {
+    let (Some(volume), Some(voxel_scene)) = (&files.volume, &files.voxel_scene) else {
+        return Ok(String::new());
+    };
     let [bottom, top] = drawn.cell.planes;
     let sizes = [drawn.cell.period[0], drawn.cell.period[1], top - bottom];
     let cells = sizes.map(|s| (s / edge).round().max(1.0) as usize);
@@ -190,6 +197,12 @@ fn voxelise(
         }
     }
     let mut counts = vec![0_u64; labels.len()];
+    let grid = Grid { cells, edge: edges };
+    let mut beside = match &files.vti {
+        Some(file) => Some(Vti::create(file, grid, bottom).map_err(|e| told(file, &e))?),
+        None => None,
+    };
+    let mut fault = None;
     let slice = |z: usize, out: &mut [u8]| {
         use rayon::prelude::*;
         out.par_chunks_mut(cells[0]).enumerate().for_each(|(y, row)| {
@@ -204,10 +217,14 @@ fn voxelise(
             }
         });
         out.iter().for_each(|&l| counts[usize::from(l)] += 1);
+        let written = beside.as_mut().map_or(Ok(()), |v| v.slice(out));
+        fault = fault.take().or(written.err());
     };
-    let grid = Grid { cells, edge: edges };
     let done = if mhd { write::mhd(volume, grid, slice) } else { write::nrrd(volume, grid, true, slice) };
     done.map_err(|e| told(volume, &e))?;
+    if let (Some(file), Some(v)) = (&files.vti, beside) {
+        fault.map_or(Ok(()), Err).and_then(|()| v.finish()).map_err(|e| told(file, &e))?;
+    }
     let name = volume.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
     let universe = written::voxels(&name, edges, &labels, drawn.universe.ambient(), &drawn.media, scene);
     write_atomic(voxel_scene, source.with(&universe)?.as_bytes()).map_err(|e| told(voxel_scene, &e))?;

@@ -8,7 +8,7 @@ use crate::run::simulate::GroupResult;
 use crate::scene::plan::Plan;
 use crate::scene::{Amount, Scene};
 use crate::stats::{self, Moments, jackknife};
-use crate::tally::Cell;
+use crate::tally::{Cell, klems};
 use crate::universe::{Kept, MediumId};
 
 /// Everything that goes into `result.json`.
@@ -96,6 +96,28 @@ pub fn together(group: &GroupResult, lane: usize, cells: &[usize]) -> (f64, f64)
     jackknife(&replicas, |mean| mean.to_vec())[0]
 }
 
+/// Reciprocity of the BRDF as it came out, from the Klems matrix of diffuse light: power reflected from patches
+/// into patches of rings farther from the normal, less that on the same ways back. Helmholtz's f(i, o) = f(o, i)
+/// makes it 0; masked, renormalised or paper-style surfaces need not keep it.
+fn reciprocity(group: &GroupResult, lane: usize) -> Option<Figure> {
+    let layout = &group.layout;
+    layout.detectors.klems.then_some(())?;
+    let start = layout.detectors_start() + layout.detectors.klems_start();
+    let cell = |from: usize, to: usize| (start + from * 2 * klems::PATCHES + to) * layout.lanes + lane;
+    let outwards = |from: usize| {
+        (0..klems::PATCHES).filter(move |&to| klems::ring(from) < klems::ring(to)).map(move |to| (from, to))
+    };
+    let pairs: Vec<(usize, usize)> = (0..klems::PATCHES).flat_map(outwards).collect();
+    let replicas: Vec<(u64, Vec<f64>)> = (group.node.replicas.values())
+        .map(|(n, sums)| {
+            (*n, vec![pairs.iter().map(|&(i, o)| sums[cell(i, o)] - sums[cell(o, i)]).sum::<f64>()])
+        })
+        .collect();
+    let (defect, error) = jackknife(&replicas, |mean| mean.to_vec())[0];
+    let note = "power reflected outwards less that on the ways back: 0 where the BRDF is reciprocal";
+    Some(Figure::new("brdf_reciprocity_defect", defect, error, "1").with_note(note))
+}
+
 /// Mean of one cell over that of another.
 fn quotient(group: &GroupResult, lane: usize, top: usize, bottom: usize) -> (f64, f64) {
     let lanes = group.layout.lanes;
@@ -120,6 +142,7 @@ fn spectral(scene: &Scene, plan: &Plan, outcome: &Outcome) -> Vec<Figure> {
                 put(Figure::new(&format!("{name}_between_realisations"), sd, error, "1"));
             }
         }
+        reciprocity(group, lane).into_iter().for_each(&mut put);
         let media = || (0..plan.media.names.len()).map(|i| MediumId(i as u16));
         let mut cells: Vec<usize> = media().map(|m| layout.absorbed(m)).collect();
         cells.push(layout.of(Cell::Backing));

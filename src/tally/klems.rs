@@ -27,6 +27,16 @@ pub fn patch(dir: DVec3) -> usize {
     PATCHES - 1
 }
 
+/// Ring of a patch, from the normal outwards.
+pub fn ring(patch: usize) -> usize {
+    let mut first = 0;
+    let within = |(_, n): &(f64, usize)| {
+        first += n;
+        patch < first
+    };
+    RINGS.iter().position(within).unwrap_or(RINGS.len() - 1)
+}
+
 /// ∫ cos θ dω over a patch, sr; the sum over a hemisphere is π.
 pub fn projected(patch: usize) -> f64 {
     let (mut first, mut lower) = (0, 0.0);

@@ -194,3 +194,22 @@ fn the_sheet_and_its_light_are_drawn() {
     assert_eq!(part(&svg, "v-bodies"), part(&changed, "v-bodies"));
     assert!(svg != changed);
 }
+
+/// What a user sees of reciprocity: a figure beside the Klems matrix. Isotropic scattering keeps it, facets whose
+/// masked light is given back by their albedo do not.
+#[test]
+fn reciprocity_is_a_figure_of_the_klems_basis() {
+    let rest = r#"<source kind="diffuse"/><detect klems="yes"/>"#;
+    let defect = |done: &Finished| {
+        let f = done.result.figures.iter().find(|f| f.name == "brdf_reciprocity_defect").unwrap();
+        (f.value.unwrap(), f.error.unwrap())
+    };
+    let (kept, se) = defect(&run(&scene(ISOTROPIC, "", DEEP, rest), 400_000));
+    println!("isotropic {kept} ± {se}");
+    assert!(kept.abs() < 4.0 * se && se < 2e-3, "{kept} ± {se}");
+    let facets = r#"<surface id="rough" kind="rough" m="0.7" multiple-bounce="renormalised" reflectance="1" opaque="yes"/>"#;
+    let slab = r#"<slab z-min="-10 um" z-max="0 um" material="air" surface="rough"/>"#;
+    let (broken, se) = defect(&run(&scene("", facets, slab, rest), 400_000));
+    println!("renormalised facets {broken} ± {se}");
+    assert!(broken.abs() > 8.0 * se, "{broken} ± {se}");
+}

@@ -299,7 +299,7 @@ pub(super) const DETECT: &[A] = &[
     a("rings", Number(Q::Count), Range::closed(1.0, 1e4), Default("50"), "Rings of the point spread function."),
     a("path-histogram", Number(Q::Length), POS, Optional, "Histograms of path length up to this one, and of time of flight, of the light that leaves."),
     a("path-bins", Number(Q::Count), Range::closed(1.0, 1e5), Default("100"), "Bins of these histograms."),
-    w("klems", YES_NO, Default("no"), "BRDF and BTDF between all 145 × 145 patches of the Klems basis (bsdf.xml); needs diffuse light without a trap and one wavelength."),
+    w("klems", YES_NO, Default("no"), "BRDF and BTDF between all 145 × 145 patches of the Klems basis (bsdf.xml), and how far the BRDF is from reciprocal (`brdf_reciprocity_defect`); needs diffuse light without a trap and one wavelength."),
 ];
 
 pub(super) const HALFTONE: &[A] = &[

@@ -1,4 +1,4 @@
-//! Volumes of labels to files, for other programs and for scenes: NRRD and MHD/RAW.
+//! Volumes of labels to files, for other programs and for scenes: NRRD and MHD/RAW; VTI for ParaView.
 
 use std::fs::File;
 use std::io::{BufWriter, Result, Write};
@@ -69,4 +69,49 @@ pub fn mhd(file: &Path, grid: Grid, slice: impl FnMut(usize, &mut [u8])) -> Resu
     let mut out = BufWriter::new(File::create(&raw)?);
     grid.slices(&mut out, slice)?;
     out.flush()
+}
+
+/// VTK ImageData (`.vti`) with the labels of the voxels as cell data, for ParaView: written slice by slice
+/// beside another file.
+#[derive(Debug)]
+pub struct Vti {
+    out: BufWriter<File>,
+}
+
+impl Vti {
+    /// The head of the file; `bottom`: height of the lowest slice, µm.
+    ///
+    /// # Errors
+    /// What writing gives.
+    pub fn create(file: &Path, grid: Grid, bottom: f64) -> Result<Self> {
+        let mut out = BufWriter::new(File::create(file)?);
+        let ([x, y, z], [dx, dy, dz]) = (grid.cells, grid.edge);
+        write!(
+            out,
+            "<?xml version=\"1.0\"?>\n<VTKFile type=\"ImageData\" version=\"1.0\" byte_order=\"LittleEndian\" \
+             header_type=\"UInt64\">\n<ImageData WholeExtent=\"0 {x} 0 {y} 0 {z}\" Origin=\"0 0 {bottom}\" \
+             Spacing=\"{dx} {dy} {dz}\">\n<Piece Extent=\"0 {x} 0 {y} 0 {z}\"><CellData Scalars=\"label\">\
+             <DataArray type=\"UInt8\" Name=\"label\" format=\"appended\" offset=\"0\"/></CellData></Piece>\n\
+             </ImageData>\n<AppendedData encoding=\"raw\">_"
+        )?;
+        out.write_all(&((x * y * z) as u64).to_le_bytes())?;
+        Ok(Vti { out })
+    }
+
+    /// The next slice, from the bottom up, x fastest.
+    ///
+    /// # Errors
+    /// What writing gives.
+    pub fn slice(&mut self, labels: &[u8]) -> Result<()> {
+        self.out.write_all(labels)
+    }
+
+    /// The end of the file.
+    ///
+    /// # Errors
+    /// What writing gives.
+    pub fn finish(mut self) -> Result<()> {
+        self.out.write_all(b"</AppendedData></VTKFile>\n")?;
+        self.out.flush()
+    }
 }
