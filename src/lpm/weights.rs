@@ -23,7 +23,7 @@ pub const TURN: u64 = 8;
 /// the draw as for the weights: the fewest of these with which 1 − ⟨cos θ⟩ of every lane is right to [`FINE`],
 /// for what fits the cache is drawn faster.
 const STEPS: [usize; 5] = [256, 512, 1024, 2048, 4096];
-/// See [`STEPS`].
+/// See [`STEPS`]; laws so narrow that none suffices (1 − ⟨cos θ⟩ below 8e-4) keep the finest.
 const FINE: f64 = 1e-4;
 /// Scatterings after which weights are settled at the latest: their product stays a number.
 const MOST: u32 = 64;

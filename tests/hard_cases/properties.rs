@@ -298,7 +298,13 @@ proptest! {
             fibres(&format!(r#"kind="statistical" memory="{rung}""#), share, wall)
         });
         let realised = fibres(r#"kind="synthetic""#, share, wall);
-        for text in statistical.into_iter().chain([realised, balls(seed, false), balls(seed, true)]) {
+        let film = |text: String| {
+            text.replace("<layer>", r#"<layer thickness="60 um">"#)
+                .replace("</layer>", r#"</layer><layer thickness="40 um" material="wall"/>"#)
+        };
+        let layered = [statistical[2].clone(), statistical[5].clone(), realised.clone()].map(film);
+        let others = [realised, balls(seed, false), balls(seed, true)];
+        for text in statistical.into_iter().chain(layered).chain(others) {
             let scene = read_text(&text, Path::new("scene.xml"), &Options::default());
             let plan = Plan::new(&scene.unwrap_or_else(|e| panic!("{e}"))).unwrap();
             let steps: usize = (0..20).map(|k| keeps(&plan, seed + k, before)).sum();

@@ -245,8 +245,8 @@ mod tests {
         }
     }
 
-    /// The table holds all that is scattered, and the mean cosine of the sums; thin fibrils scatter as many
-    /// forwards as backwards but for the forward line of each.
+    /// The table holds all that is scattered, and the mean cosine: by the first Fourier terms of the intensity
+    /// around the axis, ⟨cos θ⟩ = ⟨cos²ζ + sin²ζ cos Θ⟩, without the table's angles.
     #[test]
     fn tables_hold_the_sums() {
         for (d, n, kappa) in [(0.05, 1.55, 0.0), (0.3, 1.55, 0.0), (1.5, 1.55, 0.01)] {
@@ -258,6 +258,30 @@ mod tests {
             let off = table.integral_as_written() * length / s.mu_s - 1.0;
             println!("d {d}: x {x:.2} mu_s {:.5} mu_a {:.5} g {:.5} off {off:.1e}", s.mu_s, s.mu_a, s.g);
             assert!(off.abs() < 1e-9 && (s.mu_a > 1e-9) == (kappa > 0.0), "{off}");
+            let m = Complex64::new(n, kappa) / 1.33;
+            let (mut all, mut forward) = (0.0, 0.0);
+            for (c, w) in gauss_legendre(AXES, 0.0, 1.0) {
+                let one = Oblique::new(m, x, c);
+                // ∫ |T|² and ∫ |T|² cos Θ over the turn, of T = Σ t_k e^(ikΘ) with t_−k = ± t_k.
+                let series = |t: &dyn Fn(i64) -> Complex64| {
+                    let top = one.b1.len() as i64;
+                    let sum = |step: i64| (-top..=top).map(|k| (t(k) * t(k + step).conj()).re).sum::<f64>();
+                    (sum(0), sum(1))
+                };
+                let get =
+                    |v: &[Complex64], k: i64| v.get(k.unsigned_abs() as usize).copied().unwrap_or_default();
+                let parts = [
+                    (0.5, series(&|k| get(&one.b1, k))),
+                    (0.5, series(&|k| get(&one.a2, k))),
+                    // 2 Σ a sin kΘ.
+                    (1.0, series(&|k| get(&one.a1, k) * (k.signum() as f64))),
+                ];
+                for (share, (zero, first)) in parts {
+                    all += w * share * zero;
+                    forward += w * share * (c * c * zero + (1.0 - c * c) * first);
+                }
+            }
+            assert!((s.g - forward / all).abs() < 1e-5, "g {} for {}", s.g, forward / all);
         }
         assert!(fibrils(&[(80.0, 1.0)], Complex64::new(1.55, 0.0), 1.0, 550.0, 0.02).is_err());
     }
