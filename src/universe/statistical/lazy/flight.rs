@@ -53,19 +53,19 @@ pub(super) fn covered(touched: &[Touched], t: f64) -> bool {
 
 /// All boundaries of a touched body: distance, which surface, inwards.
 #[inline]
-fn boundaries(t: &Touched) -> [(f64, Left, bool); 4] {
+pub(super) fn boundaries(t: &Touched) -> [(f64, Left, bool); 4] {
     let (s, [a, b, c, d]) = (&t.spans, t.spans.surfaces);
     [(s.from, a, true), (s.to, b, false), (s.lumen_from, c, true), (s.lumen_to, d, false)]
 }
 
 /// A surface of a touched body on the way.
 #[derive(Clone, Copy)]
-struct Boundary {
-    distance: f64,
-    surface: Left,
+pub(super) struct Boundary {
+    pub distance: f64,
+    pub surface: Left,
     /// Into the body, or its lumen.
-    enters: bool,
-    body: u32,
+    pub enters: bool,
+    pub body: u32,
 }
 
 const NOWHERE: Boundary =
@@ -147,7 +147,8 @@ impl<E: Exactness> LazyUniverse<E> {
         let (found, end) = loop {
             let stop = at.min(reach);
             if stop > horizon {
-                horizon = stop;
+                // Twice as far each time: a long flight past many bodies asks each of them a few times only.
+                horizon = if horizon > 0.0 { (2.0 * stop).min(reach) } else { stop };
                 self.touch(ray, place, horizon, m);
             }
             if let Some(change) = self.first_change(ray, place, m, scanned, stop)? {
@@ -279,7 +280,7 @@ impl<E: Exactness> LazyUniverse<E> {
 
     /// A known body on the line of the ray.
     #[inline]
-    fn touched(ray: &Ray, place: &Place, body: u32, m: &Memory) -> Option<Touched> {
+    pub(super) fn touched(ray: &Ray, place: &Place, body: u32, m: &Memory) -> Option<Touched> {
         let known = &m.bodies[body as usize];
         let left = match place.stands {
             Some(Stands { body: b, surface, inside }) if b == body => Some((surface, inside)),
@@ -295,16 +296,28 @@ impl<E: Exactness> LazyUniverse<E> {
         &self,
         ray: &Ray,
         place: &Place,
+        m: &mut Memory,
+        scanned: f64,
+        stop: f64,
+    ) -> Result<Option<Change>, Misplaced> {
+        match self.change_ahead(place, m, scanned, stop) {
+            Err(Misplaced) => self.groove(ray, place, m, (scanned, stop)),
+            found => found,
+        }
+    }
+
+    /// The same, if the touched bodies agree with the medium that the ray is said to be in.
+    #[inline]
+    pub(super) fn change_ahead(
+        &self,
+        place: &Place,
         m: &Memory,
         scanned: f64,
         stop: f64,
     ) -> Result<Option<Change>, Misplaced> {
-        let Some(wall) = self.only_wall else { return self.any_change(ray, place, m, scanned, stop) };
+        let Some(wall) = self.only_wall else { return self.any_change(place, m, scanned, stop) };
         let found = if place.medium == wall { way_out(&m.touched) } else { way_in(&m.touched) };
-        let Ok(found) = found else {
-            let pore = self.sheet.layers[usize::from(place.layer)].slab.pore;
-            return self.groove(ray, place, m, pore).map(Some);
-        };
+        let found = found?;
         if found.body == NONE || found.distance > stop {
             return Ok(None);
         }
@@ -317,7 +330,6 @@ impl<E: Exactness> LazyUniverse<E> {
     /// The same for any number of media and any rule.
     fn any_change(
         &self,
-        ray: &Ray,
         place: &Place,
         m: &Memory,
         scanned: f64,
@@ -327,7 +339,7 @@ impl<E: Exactness> LazyUniverse<E> {
         let mut from = scanned;
         if scanned < 0.0 {
             if medium_behind(&m.touched, 0.0, self.overlap, pore) != place.medium {
-                return self.groove(ray, place, m, pore).map(Some);
+                return Err(Misplaced);
             }
             from = 0.0;
         }
@@ -350,34 +362,6 @@ impl<E: Exactness> LazyUniverse<E> {
             }
             from = distance;
         }
-    }
-
-    /// The ray stands in the groove between two bodies, and rounding has put it beyond the second
-    /// surface: it meets that surface where it stands. No surface nearby: the ray is lost.
-    fn groove(&self, ray: &Ray, place: &Place, m: &Memory, pore: MediumId) -> Result<Change, Misplaced> {
-        /// Largest distance that rounding can explain, in half widths.
-        const ROUNDING: f64 = 1e-7;
-        let mut nearest: Option<((f64, Left, bool), u32)> = None;
-        let mut index = place.past.sighting;
-        while index != NONE {
-            let Sighting { body, before, layer, .. } = m.sightings[index as usize];
-            index = before;
-            if layer != place.layer {
-                continue;
-            }
-            let Some(t) = Self::touched(ray, place, body, m) else { continue };
-            for b in boundaries(&t) {
-                if b.0.is_finite() && nearest.is_none_or(|n| b.0.abs() < n.0.0.abs()) {
-                    nearest = Some((b, body));
-                }
-            }
-        }
-        let ((t, surface, enters), body) = nearest.ok_or(Misplaced)?;
-        if t.abs() > ROUNDING * m.bodies[body as usize].body.outer.a {
-            return Err(Misplaced);
-        }
-        let beyond = medium_behind(&m.touched, 0.0, self.overlap, pore);
-        Ok(Change { distance: 0.0, body, surface, enters, beyond, layer: place.layer, outward: None })
     }
 
     /// Adds the body just learnt to the flight; the medium behind its surface, if that is a change.

@@ -17,6 +17,7 @@
 //! packing (candidates inside known bodies or across them are rejected).
 
 mod flight;
+mod groove;
 mod memory;
 pub mod overlap;
 
