@@ -8,7 +8,7 @@ cd "$(dirname "$0")/.."
 seconds=${1:-600}
 [ $# -gt 0 ] && shift
 corpus=${FUZZ_CORPUS:-fuzz/corpus}
-all="scene distribution csv yaml checkpoint checkpoint_payload nrrd mhd npy tiff"
+all="scene distribution csv yaml checkpoint checkpoint_payload nrrd mhd npy tiff heights"
 mkdir -p $(printf "$corpus/%s " $all)
 # Files of the formats as first inputs; what a parser does not ship with grows from nothing.
 find scenes -name '*.xml' -exec cp {} "$corpus/scene/" \;
@@ -18,6 +18,9 @@ find distributions -name '*.yml' -size -64k -exec cp {} "$corpus/yaml/" \;
 find scenes -name '*.nrrd' -size -64k -exec cp {} "$corpus/nrrd/" \;
 printf 'NDims = 3\nDimSize = 4 4 2\nElementType = MET_UCHAR\nElementSpacing = 1 1 1\nElementDataFile = LOCAL\n%032d' 0 > "$corpus/mhd/small.mhd"
 printf "\x93NUMPY\x01\x00\x36\x00{'descr': '|u1', 'fortran_order': False, 'shape': (2, 2, 2)}12345678" > "$corpus/npy/small.npy"
+printf "\x00\x93NUMPY\x01\x00\x35\x00{'descr': '<f4', 'fortran_order': False, 'shape': (2, 2)}0123456789abcdef" > "$corpus/heights/small.npy"
+printf '\x02# um\n0,1,2\n3,4,5e0\n' > "$corpus/heights/small.csv"
+printf '\x03Gwyddion Simple Field 1.0\nXRes = 2\nYRes = 1\nXReal = 1e-6\nYReal = 1e-6\n\0\0\0\000012345678' > "$corpus/heights/small.gsf"
 for target in ${*:-$all}; do
   log=$(mktemp)
   cargo +nightly fuzz run "$target" "$corpus/$target" -- -max_total_time="$seconds" -timeout=10 -rss_limit_mb=3072 \

@@ -106,6 +106,8 @@ fn universes_that_cannot_be_are_named() {
     }
     assert!(c.ran.len() + c.refused.len() == 4);
     scene.universe = lightpro::scene::Universe::Synthetic(lightpro::scene::Synthetic {
+        skins: [None, None],
+        random: None,
         ambient: lightpro::universe::MediumId(0),
         bodies: Vec::new(),
         cell: None,

@@ -282,6 +282,8 @@ pub fn structure(args: &SceneArgs, folder: Option<&Path>) -> Result<String, Fail
         if !structure.bodies.is_empty() {
             files.push(("bodies.vtp".to_owned(), mesh::vtp(&structure.bodies).0));
         }
+        files
+            .extend(structure.surfaces().into_iter().map(|(name, vtp)| (format!("surface-{name}.vtp"), vtp)));
         for (name, content) in &files {
             let path = folder.join(name);
             write_atomic(&path, content.as_bytes()).map_err(|e| told(&path, &e))?;

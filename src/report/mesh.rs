@@ -1,6 +1,7 @@
 //! Surfaces of explicit bodies as VTK PolyData (`.vtp`), for ParaView.
 
 use crate::math::{DVec3, PI, TAU, sin_cos};
+use crate::universe::shape::height::HeightMap;
 use crate::universe::shape::{Ellipsoid, Placed, Shape};
 use crate::universe::synthetic::Part;
 use std::fmt::Write;
@@ -33,6 +34,36 @@ pub fn vtp(bodies: &[(Part, Option<Part>)]) -> (String, usize) {
         }
     }
     (mesh.write(), left_out)
+}
+
+/// Most cells of a measured surface along an edge.
+const CELLS: usize = 500;
+
+/// A period of a measured surface, µm; of large maps every so many heights. Body and hollow are 0, the medium
+/// is that behind it.
+pub fn surface_vtp(map: &HeightMap, medium: impl Fn(DVec3) -> u32) -> String {
+    let mut mesh = Mesh::default();
+    let (nodes, pixel) = map.grid();
+    let every = nodes.map(|n| n.div_ceil(CELLS));
+    let cells = [0, 1].map(|a| nodes[a].div_ceil(every[a]));
+    // The last node is the first of the next period.
+    let place = |i: usize, a: usize| (i * every[a]).min(nodes[a]) as f64 * pixel[a];
+    for j in 0..=cells[1] {
+        for i in 0..=cells[0] {
+            let (x, y) = (place(i, 0), place(j, 1));
+            mesh.points.push(DVec3::new(x, y, map.height(x, y)));
+        }
+    }
+    let row = cells[0] + 1;
+    for j in 0..cells[1] {
+        for i in 0..cells[0] {
+            let first = j * row + i;
+            let corners = vec![first, first + 1, first + row + 1, first + row];
+            let middle = corners.iter().map(|&k| mesh.points[k]).sum::<DVec3>() * 0.25;
+            mesh.face(corners, [0, medium(middle), 0]);
+        }
+    }
+    mesh.write()
 }
 
 impl Mesh {

@@ -231,6 +231,7 @@ pub(super) fn group<'a>(
         AnyUniverse::Ensemble(u) => lanes(scene, plan, u, w, g),
         AnyUniverse::Realised(u) => lanes(scene, plan, u, w, g),
         AnyUniverse::Stack(u) => lanes(scene, plan, u, w, g),
+        AnyUniverse::Topography(u) => lanes(scene, plan, u, w, g),
         AnyUniverse::Voxel(u) => lanes(scene, plan, u, w, g),
     }
 }

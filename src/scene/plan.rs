@@ -72,6 +72,11 @@ impl Plan {
                 let u = synthetic::universe(s).map_err(|e| e.to_string())?;
                 notes.extend(s.cell.map(|_| u.describe_search()));
                 let universe = match s.cell {
+                    _ if s.skins.iter().any(Option::is_some) => {
+                        let (made, told) = synthetic::topography(s, u, scene)?;
+                        notes.extend(told);
+                        AnyUniverse::Topography(made)
+                    }
                     Some(cell) => {
                         let in_pores = cell.start == model::StartIn::Pore;
                         AnyUniverse::Ensemble(Ensemble::new(vec![u], 1).from_pores(in_pores))
@@ -136,13 +141,23 @@ impl Plan {
 
 /// Height of the uppermost and lowest point of the bodies; `None` where they have no end.
 fn extent(s: &model::Synthetic) -> Option<(f64, f64)> {
-    if let Some(cell) = s.cell {
-        return Some((cell.planes[1], cell.planes[0]));
-    }
     let mut range = (f64::NEG_INFINITY, f64::INFINITY);
-    for body in &s.bodies {
-        let (low, high) = vertical(&body.geometry)?;
-        range = (range.0.max(high), range.1.min(low));
+    match s.cell {
+        Some(cell) => range = (cell.planes[1], cell.planes[0]),
+        None => {
+            for body in &s.bodies {
+                let (low, high) = vertical(&body.geometry)?;
+                range = (range.0.max(high), range.1.min(low));
+            }
+        }
+    }
+    // Beyond a surface there is nothing.
+    if let [Some(top), _] = &s.skins {
+        let [lowest, highest] = top.map.range();
+        range = (highest, range.1.min(lowest));
+    }
+    if let [_, Some(bottom)] = &s.skins {
+        range.1 = bottom.map.range()[0];
     }
     (range.0.is_finite() && range.1.is_finite()).then_some(range)
 }

@@ -2,17 +2,19 @@
 
 use super::characterise::bodies::BodyParts;
 use crate::math::DVec3;
+use crate::report::mesh::surface_vtp;
 use crate::report::plot::section::{Section, colour};
 use crate::rng::{Purpose, Stream};
 use crate::scene::media::Media;
 use crate::scene::plan::Plan;
 use crate::scene::{Scene, Universe as Where};
-use crate::universe::MediumId;
 use crate::universe::any::AnyUniverse;
 use crate::universe::sheet::Slab;
 use crate::universe::synthetic::drum::Drum;
 use crate::universe::synthetic::{Search, Setting, SyntheticUniverse, corners};
+use crate::universe::topography::Topography;
 use crate::universe::voxel::VoxelUniverse;
+use crate::universe::{Face, MediumId};
 use std::fmt::Write;
 
 /// Bodies of a drum that are looked at, about.
@@ -34,6 +36,7 @@ enum What {
     Bodies(SyntheticUniverse),
     /// Upper plane, medium and bodies of each layer, top to bottom.
     Layers(Vec<(Slab, Option<SyntheticUniverse>)>),
+    Cut(Topography),
     Voxels(VoxelUniverse),
 }
 
@@ -77,6 +80,11 @@ impl Structure {
                 let side = radius * std::f64::consts::SQRT_2;
                 Structure { what: What::Layers(layers), planes, window: [[0.0; 2], [side; 2]], bodies, media }
             }
+            AnyUniverse::Topography(u) => {
+                let ([x, y], bodies) = (u.period(), whole(u.bodies()));
+                let window = [[0.5 * x, 0.5 * y], [x, y]];
+                Structure { what: What::Cut(u), planes, window, bodies, media }
+            }
             AnyUniverse::Voxel(u) => {
                 let cells = u.volume().cells();
                 let Where::Voxel(v) = &scene.universe else { return Err("no volume".to_owned()) };
@@ -104,6 +112,7 @@ impl Structure {
                 let (slab, u) = layer_at(layers, point.z);
                 u.as_ref().map_or(slab.pore, |u| u.medium_at(point))
             }
+            What::Cut(u) => u.medium_at(point),
             What::Voxels(u) => u.medium_at(point),
         }
     }
@@ -118,8 +127,20 @@ impl Structure {
                 let here = layer_at(layers, point.z).1.as_ref();
                 here.map_or(Vec::new(), |u| u.bodies_at(point).into_iter().map(|b| first + b).collect())
             }
-            What::Voxels(_) => Vec::new(),
+            What::Cut(u) if u.holds(point) => u.bodies().bodies_at(point),
+            What::Cut(_) | What::Voxels(_) => Vec::new(),
         }
+    }
+
+    /// Measured surfaces for ParaView: (side, VTP).
+    pub fn surfaces(&self) -> Vec<(&'static str, String)> {
+        let What::Cut(u) = &self.what else { return Vec::new() };
+        let draw = |(name, face, behind): (&'static str, Face, f64)| {
+            let map = &u.skin(face)?.map;
+            let step = DVec3::Z * (behind * map.grid().1[0]);
+            Some((name, surface_vtp(map, |p| u32::from(u.bodies().medium_at(p + step).0))))
+        };
+        [("top", Face::Top, -1e-3), ("bottom", Face::Bottom, 1e-3)].into_iter().filter_map(draw).collect()
     }
 
     fn class_at(&self, point: DVec3) -> usize {
@@ -159,6 +180,7 @@ impl Structure {
     fn pore(&self) -> usize {
         match &self.what {
             What::Bodies(u) => usize::from(u.ambient().0),
+            What::Cut(u) => usize::from(u.bodies().ambient().0),
             What::Layers(layers) => {
                 let holds = layers.iter().find(|l| l.1.is_some()).or(layers.first());
                 holds.map_or(0, |l| usize::from(l.0.pore.0))

@@ -7,6 +7,7 @@ use super::synthetic::SyntheticUniverse;
 use super::synthetic::drum::Drum;
 use super::synthetic::ensemble::Ensemble;
 use super::synthetic::stack::Stack;
+use super::topography::Topography;
 use super::voxel::VoxelUniverse;
 
 /// Any universe; matched once per run, never per event.
@@ -26,6 +27,8 @@ pub enum AnyUniverse {
     Realised(Drum),
     /// Several layers of these, or one whose faces have a surface.
     Stack(Stack),
+    /// Explicit bodies cut off by measured surfaces.
+    Topography(Topography),
     /// A labelled volume.
     Voxel(VoxelUniverse),
 }

@@ -15,6 +15,7 @@ pub mod shape;
 pub mod sheet;
 pub mod statistical;
 pub mod synthetic;
+pub mod topography;
 pub mod voxel;
 
 use crate::math::DVec3;

@@ -303,10 +303,23 @@ fn geometry_rows() -> Vec<Row> {
         row(
             "V-grooves between overlapping fibres",
             "-",
-            "overlaps of one medium hide their smooth surfaces; no ray lost",
+            "overlaps of one medium hide their smooth surfaces; no ray lost, and in their tip, 1e-13 radii from the edge, none enters the surface that it is leaving",
             &[
+                (
+                    "tests/statistical_universe/stress.rs",
+                    "deep_in_a_groove_no_surface_is_entered_from_behind",
+                ),
                 (HARD, "overlaps_of_one_medium_hide_their_smooth_surfaces"),
                 ("tests/synthetic_universe/union.rs", "walls_win_over_hollows_and_merge"),
+            ],
+        ),
+        row(
+            "borders of the cells of a height map, grazing its surface",
+            "-",
+            "a million crossings, none lost; the medium told is the one that is there",
+            &[
+                ("tests/height_map.rs", "no_ray_is_lost_under_stress"),
+                ("tests/topography.rs", "what_is_told_is_there"),
             ],
         ),
         row(

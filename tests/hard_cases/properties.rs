@@ -253,6 +253,7 @@ fn keeps(plan: &Plan, seed: u64, before: usize) -> usize {
         AnyUniverse::Ensemble(u) => contract(u, top, seed, before),
         AnyUniverse::Realised(u) => contract(u, top, seed, before),
         AnyUniverse::Stack(u) => contract(u, top, seed, before),
+        AnyUniverse::Topography(u) => contract(u, top, seed, before),
         AnyUniverse::Voxel(u) => contract(u, top, seed, before),
     }
 }
@@ -316,7 +317,9 @@ proptest! {
 /// The same of what stands in files.
 #[test]
 fn mixtures_and_voxels_keep_their_contract() {
-    for file in ["scenes/verify/alp-3c-full.xml", "scenes/voxel-sheet.xml"] {
+    for file in
+        ["scenes/verify/alp-3c-full.xml", "scenes/voxel-sheet.xml", "scenes/verify/topography-sine.xml"]
+    {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
         let plan = Plan::new(&read(&path, &Options::default()).unwrap_or_else(|e| panic!("{e}"))).unwrap();
         for before in [0, 1, 3, 8, 20] {

@@ -12,6 +12,7 @@ use crate::universe::statistical::kind::{Kind, Sizes};
 use crate::universe::synthetic::drum::Drum;
 use crate::universe::synthetic::realise::Boolean;
 use crate::universe::synthetic::{Part, SyntheticUniverse, corners};
+use crate::universe::topography::Topography;
 use crate::universe::voxel::VoxelUniverse;
 use crate::universe::{MediumId, Overlap};
 
@@ -27,6 +28,7 @@ type Body = (Part, Option<Part>);
 enum What {
     /// Bodies, and the share of each medium's bodies that is drawn where that is not all.
     Bodies(Vec<Body>, Vec<(MediumId, f64)>),
+    Cut(Topography, Vec<Body>),
     Voxels(VoxelUniverse),
 }
 
@@ -54,6 +56,7 @@ impl Piece {
         match &plan.universe {
             AnyUniverse::Synthetic(u) => alone(u, planes),
             AnyUniverse::Ensemble(u) => cell(&u.cells()[0], planes),
+            AnyUniverse::Topography(u) => cut(u, planes),
             AnyUniverse::Voxel(u) => voxels(u, planes),
             AnyUniverse::Realised(drum) => drawn(scene, std::slice::from_ref(drum.model()), planes, REALISED),
             AnyUniverse::Stack(stack) => {
@@ -99,6 +102,14 @@ impl Piece {
                     solids::body(part, hollow.as_ref(), media, shift, eye, window, self.planes, &mut items);
                 }
                 shares = drawn;
+            }
+            What::Cut(u, bodies) => {
+                for (part, hollow) in bodies {
+                    let media = [number(part.medium), hollow.map_or(0, |h| number(h.medium))];
+                    let still = DVec3::ZERO;
+                    solids::body(part, hollow.as_ref(), media, still, eye, window, self.planes, &mut items);
+                }
+                solids::surfaces(u, window, eye, &mut number, &mut items);
             }
             What::Voxels(u) => solids::voxels(u, window, self.planes, eye, &mut number, &mut items),
         }
@@ -168,6 +179,21 @@ fn cell(u: &SyntheticUniverse, planes: [f64; 2]) -> Piece {
         middle: Some([0.0; 2]),
         words: "Bodies of the scene (of its first realisation), which stand still here for all paths.",
     })
+}
+
+/// Measured surfaces, and bodies with an end between them.
+fn cut(u: &Topography, planes: [f64; 2]) -> Piece {
+    let [x, y] = u.period();
+    let ends = |p: &Part| corners(&p.shape).is_some_and(|(l, h)| l.is_finite() && h.is_finite());
+    let bodies: Vec<Body> = u.bodies().bodies().filter(|b| ends(&b.0)).collect();
+    Piece {
+        what: What::Cut(u.still(), bodies),
+        still: Some(AnyUniverse::Topography(u.still())),
+        planes,
+        side: x.min(y).min((4.0 * (planes[1] - planes[0])).max(0.25 * x.min(y))),
+        middle: Some([0.0; 2]),
+        words: "A piece of the measured surface, which stands still here for all paths.",
+    }
 }
 
 /// Narrower until it holds no more than [`MOST`] bodies.

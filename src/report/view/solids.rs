@@ -2,10 +2,11 @@
 
 use super::{Eye, colour};
 use crate::math::{DVec3, TAU, sin_cos};
-use crate::universe::MediumId;
 use crate::universe::shape::{Placed, Shape};
 use crate::universe::synthetic::Part;
+use crate::universe::topography::Topography;
 use crate::universe::voxel::VoxelUniverse;
+use crate::universe::{Face, MediumId};
 use std::fmt::Write;
 
 /// Corners around a section.
@@ -14,6 +15,8 @@ const AROUND: usize = 14;
 const SHADES: f64 = 12.0;
 /// Blocks of voxels along an edge of the window.
 const BLOCKS: usize = 30;
+/// Patches of a measured surface along an edge of the window.
+const PATCHES: usize = 56;
 
 /// A convex piece: its depth, and polygons with their colour.
 pub struct Item {
@@ -244,6 +247,35 @@ fn cuboid(low: DVec3, high: DVec3, medium: usize, shown: [bool; 3], eye: &Eye) -
     let faces =
         faces.map(|((corners, n), _)| (polygon(eye, &corners), shaded(medium, eye.shade(n)))).collect();
     Item { depth: eye.depth((low + high) * 0.5), faces }
+}
+
+/// Measured surfaces as patches, where a body stands behind them: that on top is seen.
+pub fn surfaces(
+    u: &Topography,
+    window: [[f64; 2]; 2],
+    eye: &Eye,
+    number: &mut dyn FnMut(MediumId) -> usize,
+    items: &mut Vec<Item>,
+) {
+    let Some(skin) = u.skin(Face::Top) else { return };
+    let step = [0, 1].map(|a| (window[1][a] - window[0][a]) / PATCHES as f64);
+    let at = |i: usize, j: usize| {
+        let (x, y) = (window[0][0] + i as f64 * step[0], window[0][1] + j as f64 * step[1]);
+        DVec3::new(x, y, skin.map.height(x, y))
+    };
+    for i in 0..PATCHES {
+        for j in 0..PATCHES {
+            let corners = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+            let middle = (corners[0] + corners[1] + corners[2] + corners[3]) * 0.25;
+            let up = (corners[2] - corners[0]).cross(corners[3] - corners[1]).normalize();
+            let medium = u.bodies().medium_at(middle - DVec3::Z * (1e-3 * step[0]));
+            if medium == u.bodies().ambient() {
+                continue;
+            }
+            let face = (polygon(eye, &corners), shaded(number(medium), eye.shade(up)));
+            items.push(Item { depth: eye.depth(middle), faces: vec![face] });
+        }
+    }
 }
 
 /// Blocks of voxels: their faces towards the viewer where another medium lies before them. The medium of

@@ -10,7 +10,7 @@ use crate::universe::{MediumId, Overlap};
 impl Reading<'_> {
     pub fn synthetic(&mut self, e: Node<'_>, materials: &[Material]) -> Universe {
         let ambient = self.outside(e);
-        let (mut bodies, mut cell) = (Vec::new(), None);
+        let (mut bodies, mut cell, mut skins, mut random) = (Vec::new(), None, Vec::new(), None);
         for c in e.all_children() {
             if c.own.name == "mixture" {
                 let d = Diagnostic::error(c.own.place, "a <mixture> is known by its statistics only");
@@ -20,6 +20,9 @@ impl Reading<'_> {
                 self.out.push(d.help("use kind=\"voxel\""));
             } else if c.own.name == "cell" {
                 cell = self.cell(e, c);
+            } else if c.own.name == "topography" {
+                random = random.or(c.text("position").map(|p| p == "random"));
+                skins.push(c);
             } else if c.own.name == "realise" {
                 let d = Diagnostic::error(c.own.place, "nothing to realise");
                 self.out.push(d.help("a <sheet> whose layers hold <fibres> or <particles>"));
@@ -37,7 +40,11 @@ impl Reading<'_> {
             self.out
                 .push(d.help("add a primitive (sphere, ellipsoid, cylinder, box, plane, slab) or a <sheet>"));
         }
-        Universe::Synthetic(Synthetic { cell, ambient, bodies })
+        let skins = self.skins(&skins, cell.as_ref());
+        if skins.iter().any(Option::is_some) {
+            self.stands_with(e, cell.as_ref(), &bodies, random);
+        }
+        Universe::Synthetic(Synthetic { cell, ambient, bodies, skins, random })
     }
 
     fn cell(&mut self, universe: Node<'_>, e: Node<'_>) -> Option<Cell> {

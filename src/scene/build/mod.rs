@@ -10,6 +10,7 @@ mod materials;
 mod mixture;
 mod node;
 mod sheet;
+pub mod topography;
 mod voxel;
 
 use super::diagnostic::{Diagnostic, Diagnostics, Place, SourceFile, nearest};

@@ -13,7 +13,13 @@ impl Reading<'_> {
         materials: &[Material],
         surfaces: &[Surface],
     ) -> Universe {
-        let nothing = Universe::Synthetic(Synthetic { cell: None, ambient: MediumId(0), bodies: Vec::new() });
+        let nothing = Universe::Synthetic(Synthetic {
+            cell: None,
+            ambient: MediumId(0),
+            bodies: Vec::new(),
+            skins: [None, None],
+            random: None,
+        });
         let Some(e) = e else { return nothing };
         match e.text("kind") {
             Some("synthetic") => {

@@ -3,6 +3,7 @@
 use crate::law::{Azimuth, Roll, SizeLaw, Tilt};
 use crate::math::DVec3;
 use crate::universe::shape::SlantedCylinder;
+use crate::universe::topography::Skin;
 use crate::universe::voxel::{self, Volume};
 use crate::universe::{MediumId, Overlap, SurfaceId};
 use std::sync::Arc;
@@ -316,6 +317,10 @@ pub struct Synthetic {
     pub ambient: MediumId,
     /// Bodies in the order of the file; later ones win at equal priority.
     pub bodies: Vec<Body>,
+    /// Surfaces that cut them off: on top, at the bottom.
+    pub skins: [Option<Skin>; 2],
+    /// Whether each history finds bodies and surfaces displaced by chance, as written.
+    pub random: Option<bool>,
 }
 
 /// An explicit body.

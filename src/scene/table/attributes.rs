@@ -133,6 +133,17 @@ pub(super) const CELL: &[A] = &[
     a("top", Number(Q::Length), ANY, Required, "Upper plane, where light comes in."),
 ];
 
+pub(super) const TOPOGRAPHY: &[A] = &[
+    w("side", Choice(&["top", "bottom"]), Default("top"), "Top: above the surface there is nothing; bottom: below it."),
+    w("file", File, Required, "Map of heights: NumPy array, TIFF page, text matrix, or Gwyddion simple field; the first row is at y = 0."),
+    a("pixel", List(Q::Length, None), POS, Optional, "Edge of a pixel, or its edges along x and y; without it as the file says."),
+    a("unit", Number(Q::Length), POS, Optional, "What 1 in the file is; without it as the file says, or 1 um."),
+    a("level", Number(Q::Length), ANY, Optional, "Height at which the mean of the map stands; without it heights count from z = 0."),
+    w("lateral", Choice(&["mirror", "periodic"]), Default("mirror"), "How the map goes on sideways: reflected at its borders, or repeated."),
+    w("position", Choice(&["random", "fixed"]), Optional, "Random: each history finds the surface displaced sideways by chance, so that light falls evenly on all of it; fixed: its first height stands at x = y = 0. Without it random, but for a point source, a beam with a radius, and single bodies. Both sides alike."),
+    w("surface", Reference("surface"), Default("smooth"), "Law of the surface: what is finer than a pixel."),
+];
+
 pub(super) const SHEET: &[A] = &[
     a("thickness", Number(Q::Length), POS, Optional, "Thickness of the sheet; the layers' own must sum to it, one layer without thickness gets the rest."),
     w("pore", Reference("material"), Optional, "Medium between the bodies, for layers without their own."),

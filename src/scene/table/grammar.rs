@@ -79,7 +79,7 @@ pub static RULES: &[Rule] = &[
         doc: "Where components are. Statistical: one <sheet> or one <mixture>. Synthetic: primitives and homogeneous layers, or a <sheet> of bodies known by their statistics, realised one by one (the same <sheet>: one attribute changes the universe). Voxel: one <volume>.",
         attributes: &[UNIVERSE],
         children: &[
-            maybe("sheet"), maybe("realise"), maybe("cell"), maybe("mixture"), maybe("volume"), many("sphere"), many("ellipsoid"), many("cylinder"), many("piece"), many("box"), many("plane"), many("slab"),
+            maybe("sheet"), maybe("realise"), maybe("cell"), maybe("mixture"), maybe("volume"), many("topography"), many("sphere"), many("ellipsoid"), many("cylinder"), many("piece"), many("box"), many("plane"), many("slab"),
         ],
     },
     Rule { key: "sheet", doc: "Layers from top (where light comes from) to bottom, from z = thickness down to z = 0.", attributes: &[SHEET], children: &[some("layer")] },
@@ -96,6 +96,7 @@ pub static RULES: &[Rule] = &[
         children: &[some("phase")],
     },
     Rule { key: "cell", doc: "The bodies of a synthetic universe stand in a cell of a sheet that repeats itself sideways without end; `overlap` rules where they meet.", attributes: &[CELL], children: &[] },
+    Rule { key: "topography", doc: "A measured surface z = h(x, y) that cuts the bodies of a synthetic universe off: beyond it there is only the medium outside.", attributes: &[TOPOGRAPHY], children: &[] },
     Rule {
         key: "volume",
         doc: "A labelled volume between z = 0 and its height, as a microtomogram is one.",

@@ -8,6 +8,7 @@ use crate::scene::plan::Plan;
 use crate::scene::written::escaped;
 use crate::scene::{Scene, Universe as Where};
 use crate::universe::any::AnyUniverse;
+use crate::universe::synthetic;
 use bodies::{Population, Window, populations};
 use lines::{Counted, DIRECTIONS, SLICES, equivalent_section, measure, total, with_error};
 use std::collections::BTreeSet;
@@ -68,11 +69,17 @@ pub fn characterise(scene: &Scene, lines: u64) -> Result<Characteristics, String
             window = Window::Cells(x * y * u.cells().len() as f64);
             measure(u, planes, media, lines, 1, seed)
         }
+        AnyUniverse::Topography(u) if u.anywhere() => {
+            let [x, y] = u.period();
+            bodies = u.bodies().bodies().filter(|b| synthetic::corners(&b.0.shape).is_some()).collect();
+            window = Window::Cells(x * y);
+            measure(u, planes, media, lines, 1, seed)
+        }
         AnyUniverse::Voxel(voxels) => measure(voxels, planes, media, lines, 1, seed),
         AnyUniverse::Statistical(u) => measure(u, planes, media, lines, 1, seed),
         AnyUniverse::Lazy(u) => measure(u, planes, media, lines, 1, seed),
         AnyUniverse::Mixture(u) => measure(u, planes, media, lines, 1, seed),
-        AnyUniverse::Synthetic(_) => {
+        AnyUniverse::Synthetic(_) | AnyUniverse::Topography(_) => {
             return Err(
                 "single bodies are no sheet: lines cannot fall evenly on them; characterise takes a \
                         realised <sheet> (kind=\"synthetic\" with <fibres> or <particles>), a <cell>, a volume, or any \

@@ -88,6 +88,61 @@ impl HeightMap {
         Ok(HeightMap { nodes, pixel, heights, range })
     }
 
+    /// A map as instruments measure it: `mirror` lets it go on by reflection at its borders, so that it has no
+    /// seam; `level` (µm) moves its mean there; a profile, one row or column, is drawn out across.
+    ///
+    /// # Errors
+    /// [`HeightError`], places counted as given.
+    pub fn measured(
+        mut heights: Vec<f64>,
+        mut nodes: [usize; 2],
+        pixel: [f64; 2],
+        mirror: bool,
+        level: Option<f64>,
+    ) -> Result<Self, HeightError> {
+        if let Some(i) = heights.iter().position(|h| !h.is_finite()) {
+            return Err(HeightError::Hole(i % nodes[0].max(1), i / nodes[0].max(1)));
+        }
+        if let Some(level) = level {
+            let mean = heights.iter().sum::<f64>() / heights.len() as f64;
+            heights.iter_mut().for_each(|h| *h += level - mean);
+        }
+        let along = |n: usize| match n {
+            1 => vec![0, 0],
+            n if mirror => (0..n).chain((1..n - 1).rev()).collect(),
+            n => (0..n).collect::<Vec<_>>(),
+        };
+        let (columns, rows) = (along(nodes[0]), along(nodes[1]));
+        if (columns.len(), rows.len()) != (nodes[0], nodes[1]) {
+            let row = |j: usize| columns.iter().map(move |&i| j * nodes[0] + i);
+            let order: Vec<usize> = rows.iter().flat_map(|&j| row(j)).collect();
+            heights = order.into_iter().map(|k| heights[k]).collect();
+            nodes = [columns.len(), rows.len()];
+        }
+        Self::new(heights, nodes, pixel)
+    }
+
+    /// Nodes along x and y of a period, and the edges of a cell between them, µm.
+    pub fn grid(&self) -> ([usize; 2], [f64; 2]) {
+        (self.nodes, self.pixel)
+    }
+
+    /// Mean height and root mean square deviation from it (Sq of ISO 25178-2) of the nodes, µm, and the root
+    /// mean square slope of the surface along x and y (Sdq² is the sum of their squares).
+    pub fn roughness(&self) -> (f64, f64, [f64; 2]) {
+        let n = self.heights.len() as f64;
+        let mean = self.heights.iter().sum::<f64>() / n;
+        let square = self.heights.iter().map(|h| (h - mean) * (h - mean)).sum::<f64>() / n;
+        let mut slopes = [0.0; 2];
+        for k in 0..self.heights.len() {
+            let p = self.patch([(k % self.nodes[0]) as i64, (k / self.nodes[0]) as i64]);
+            // Means over the patch of (b + d v)² and (c + d u)².
+            slopes[0] += p.b * p.b + p.b * p.d + p.d * p.d / 3.0;
+            slopes[1] += p.c * p.c + p.c * p.d + p.d * p.d / 3.0;
+        }
+        (mean, square.sqrt(), [0, 1].map(|a| (slopes[a] / n).sqrt() / self.pixel[a]))
+    }
+
     /// Lowest and highest point, µm.
     pub fn range(&self) -> [f64; 2] {
         self.range

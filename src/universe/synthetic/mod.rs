@@ -187,6 +187,17 @@ impl SyntheticUniverse {
         self.period
     }
 
+    /// Lower and upper plane of the sheet, µm, if it has any.
+    pub fn sheet(&self) -> Option<[f64; 2]> {
+        self.sheet
+    }
+
+    /// [`Universe::enter`], which asks no chance here.
+    pub(in crate::universe) fn enter_still(&self, ray: &Ray) -> Start<Place> {
+        let place = flight::start(&mut Still(self), ray);
+        Start { place, medium: self.medium(&place) }
+    }
+
     /// The bodies, each with its hollow, in ascending rank.
     pub fn bodies(&self) -> impl Iterator<Item = (Part, Option<Part>)> + '_ {
         let outer = self.regions.iter().filter(|r| !r.is_hole());
@@ -352,8 +363,7 @@ impl Universe for SyntheticUniverse {
     /// A point exactly on a surface is inside if the ray goes in; on the plane of a slab or half space,
     /// where sheets are lit, it still stands before the plane and meets it at distance 0.
     fn enter(&self, ray: &Ray, _: &mut (), _: &mut Stream) -> Start<Place> {
-        let place = flight::start(&mut Still(self), ray);
-        Start { place, medium: self.medium(&place) }
+        self.enter_still(ray)
     }
 
     #[inline]

@@ -4,7 +4,7 @@
 
 mod header;
 mod mhd;
-mod npy;
+pub(in crate::universe) mod npy;
 mod nrrd;
 mod raw;
 mod tiff;
@@ -26,11 +26,11 @@ pub struct Error {
 }
 
 impl Error {
-    fn new(file: &Path, what: impl Display, help: impl Display) -> Self {
+    pub(in crate::universe) fn new(file: &Path, what: impl Display, help: impl Display) -> Self {
         Error { file: file.to_owned(), what: what.to_string(), help: help.to_string() }
     }
 
-    fn io(file: &Path, e: &std::io::Error) -> Self {
+    pub(in crate::universe) fn io(file: &Path, e: &std::io::Error) -> Self {
         match e.kind() {
             std::io::ErrorKind::NotFound => Error::new(file, "no such file", "check the name"),
             std::io::ErrorKind::UnexpectedEof => Error::new(

@@ -6,11 +6,23 @@ use std::path::Path;
 
 const MAGIC: &[u8] = b"\x93NUMPY";
 
-pub fn open(file: &Path) -> Result<Source, Error> {
+/// What the header of an array says.
+pub struct Header {
+    /// Type of an element, as NumPy writes it.
+    pub descr: String,
+    /// The first axis runs fastest, not the last.
+    pub fortran: bool,
+    /// Elements along each axis.
+    pub shape: Vec<u64>,
+    /// Byte where they begin.
+    pub offset: u64,
+}
+
+/// Reads the header of an array; `write` tells how it is written well.
+pub fn header(file: &Path, write: &str) -> Result<Header, Error> {
     let mut reader = std::fs::File::open(file).map_err(|e| Error::io(file, &e))?;
     let mut head = [0; 8];
-    let cut =
-        || Error::new(file, "this is no NumPy array", "write it with numpy.save(\"volume.npy\", labels)");
+    let cut = || Error::new(file, "this is no NumPy array", write);
     reader.read_exact(&mut head).map_err(|_| cut())?;
     if !head.starts_with(MAGIC) {
         return Err(cut());
@@ -25,13 +37,23 @@ pub fn open(file: &Path) -> Result<Source, Error> {
     let mut header = vec![0; length as usize];
     reader.read_exact(&mut header).map_err(|_| cut())?;
     let header = String::from_utf8_lossy(&header);
-    let (sample, big_endian) = sample(file, value(&header, "descr").unwrap_or(""))?;
-    let fortran = value(&header, "fortran_order") == Some("True");
-    let shape: Vec<u64> = value(&header, "shape")
+    let shape = value(&header, "shape")
         .unwrap_or("")
         .split(',')
         .filter_map(|n| n.trim().trim_end_matches('L').parse().ok())
         .collect();
+    Ok(Header {
+        descr: value(&header, "descr").unwrap_or("").to_owned(),
+        fortran: value(&header, "fortran_order") == Some("True"),
+        shape,
+        offset: 8 + width as u64 + length,
+    })
+}
+
+pub fn open(file: &Path) -> Result<Source, Error> {
+    let Header { descr, fortran, shape, offset } =
+        header(file, "write it with numpy.save(\"volume.npy\", labels)")?;
+    let (sample, big_endian) = sample(file, &descr)?;
     let [z, y, x] = shape[..] else {
         return Err(Error::new(
             file,
@@ -39,7 +61,6 @@ pub fn open(file: &Path) -> Result<Source, Error> {
             "a volume has the shape (slices, y, x)",
         ));
     };
-    let offset = 8 + width as u64 + length;
     Ok(Source {
         file: file.to_owned(),
         data: file.to_owned(),
