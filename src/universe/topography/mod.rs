@@ -196,7 +196,7 @@ impl Topography {
     }
 
     /// From beyond a surface.
-    fn from_beyond(&self, face: Face, ray: &Ray, p: &mut Carved, limit: f64) -> Next {
+    fn next_beyond(&self, face: Face, ray: &Ray, p: &mut Carved, limit: f64) -> Next {
         let (edge, side) = match self.planes {
             Some([top, bottom]) => super::sheet::plane_ahead(ray, top, bottom),
             None => (f64::INFINITY, if ray.dir.z < 0.0 { Face::Bottom } else { Face::Top }),
@@ -220,7 +220,7 @@ impl Topography {
     }
 
     /// From within.
-    fn from_within(&self, ray: &Ray, p: &mut Carved, limit: f64, rng: &mut Stream) -> Next {
+    fn next_within(&self, ray: &Ray, p: &mut Carved, limit: f64, rng: &mut Stream) -> Next {
         let next = self.bodies.next(ray, &mut p.here, &mut (), limit, rng);
         let mut reach = match &next {
             Next::Interface(at) => at.distance,
@@ -282,8 +282,8 @@ impl Universe for Topography {
             return Next::Lost;
         }
         match p.zone {
-            Zone::Beyond(face) => self.from_beyond(face, &ray, p, limit),
-            Zone::Within => self.from_within(&ray, p, limit, rng),
+            Zone::Beyond(face) => self.next_beyond(face, &ray, p, limit),
+            Zone::Within => self.next_within(&ray, p, limit, rng),
         }
     }
 
