@@ -207,3 +207,100 @@ fn a_deposited_sheet_is_written_too() {
     println!("R {one:.4}({s1:.4}) of one realisation, {all:.4}({s2:.4}) of four");
     assert!((one - all).abs() < 0.03);
 }
+
+/// Two plies under a coating, each with bodies of its own.
+const BOARD: &str = r#"<scene name="board" version="1">
+  <materials><material id="air" index="1"/><material id="pulp" index="1.55"/><material id="fine" index="1.5" absorption="1 1/mm"/>
+    <material id="coat" index="1.4"/></materials>
+  <universe kind="KIND" memory="full" outside="air" edges="contained">
+    <sheet thickness="55 um" pore="air">
+      <layer thickness="5 um" material="coat"/>
+      <layer thickness="30 um"><fibres name="pulp" material="pulp" width="16 um" flatness=".5" wall="1.5 um" length="100 um" ends="flat" volume-fraction="0.3"/></layer>
+      <layer thickness="20 um"><particles name="fine" shape="sphere" material="fine" diameter="18 um" volume-fraction="0.2"/></layer>
+    </sheet>
+  </universe>
+  <source kind="diffuse"/>
+  <run histories="32768"/>
+</scene>
+"#;
+
+/// Layers of one pore medium are realised into one cell, a homogeneous one as a slab, each body in its layer; shares
+/// of volume and R are those of the ensemble of such sheets. Its structure is told and drawn like any other.
+#[test]
+fn plies_stand_above_each_other() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    std::fs::write(path("board.xml"), BOARD.replace("KIND", "statistical")).unwrap();
+    std::fs::write(path("ensemble.xml"), BOARD.replace("KIND", "synthetic")).unwrap();
+    let out = lightpro(folder.path(), &["realise", "board.xml", "--cell", "0.4 mm"]);
+    assert!(out.status.success(), "{}", told(&out));
+    let cell = scene(&path("board-realised.xml"));
+    let Universe::Synthetic(explicit) = &cell.universe else { panic!("no bodies") };
+    assert_eq!(explicit.cell.unwrap().planes, [0.0, 56.0]);
+    let plan = Plan::new(&cell).unwrap();
+    let lightpro::universe::any::AnyUniverse::Ensemble(u) = &plan.universe else { panic!() };
+    let (mut pulp, mut fine) = (0, 0);
+    for (body, _) in u.cells()[0].bodies() {
+        let (z, media) = (body.shape.centre.z, &cell.materials);
+        match media[usize::from(body.medium.0)].id.as_str() {
+            "pulp" => pulp += u64::from((24.0..=46.0).contains(&z)),
+            "fine" => fine += u64::from((9.0..=11.0).contains(&z)),
+            _ => {}
+        }
+    }
+    // All bodies but the slab.
+    assert_eq!(pulp + fine + 1, explicit.bodies.len() as u64);
+    let ensemble = scene(&path("ensemble.xml"));
+    let (a, b) = (characterise(&cell, 20_000).unwrap(), characterise(&ensemble, 20_000).unwrap());
+    for medium in ["air", "pulp", "fine", "coat"] {
+        // The cell has a micrometre of air above the coating.
+        let share = |of: &lightpro::study::characterise::Characteristics| {
+            let all = (0..of.media.len()).filter(|&m| of.materials[m] == medium);
+            let shares = all.map(|m| of.value(|c| c.share(m))).filter(|s| s.0 > 0.0);
+            shares.fold((0.0, 0.0), |sum, s| (sum.0 + s.0, f64::hypot(sum.1, s.1)))
+        };
+        let (a, b) = (share(&a), share(&b));
+        let (a, air) = (56.0 / 55.0 * a.0, if medium == "air" { 1.0 / 55.0 } else { 0.0 });
+        println!("{medium}: {:.4} in the cell, {:.4} in the ensemble", a - air, b.0);
+        assert!((a - air - b.0).abs() < 0.01 + 3.0 * b.1);
+    }
+    let ((rc, sc), (re, se)) = (reflectance(&cell), reflectance(&ensemble));
+    println!("R {rc:.4}({sc:.4}) of the cell, {re:.4}({se:.4}) of the ensemble");
+    assert!((rc - re).abs() < 0.004 + 3.0 * (sc * sc + se * se).sqrt());
+
+    let out = lightpro(folder.path(), &["check", "ensemble.xml", "--structure", "-o", "pictures"]);
+    let text = told(&out);
+    assert!(out.status.success() && text.contains(" 0 lost"), "{text}");
+    let coat = text.lines().find(|l| l.starts_with("coat")).unwrap();
+    assert_eq!(coat.split_whitespace().count(), 3, "a plane has no fibre axis: {coat}");
+    let share: f64 = coat.split_whitespace().nth(1).unwrap().split('(').next().unwrap().parse().unwrap();
+    assert!((share - 5.0 / 55.0).abs() < 0.001, "{coat}");
+    let section = std::fs::read_to_string(path("pictures/section-xz.svg")).unwrap();
+    assert!(["coat", "pulp", "fine"].iter().all(|m| section.contains(m)), "{}", section.len());
+}
+
+/// What a cell cannot hold.
+#[test]
+fn plies_that_no_cell_holds() {
+    let folder = tempfile::tempdir().unwrap();
+    let refused = |from: &str, to: &str, part: &str| {
+        assert!(BOARD.contains(from));
+        let text = BOARD.replace("KIND", "statistical").replacen(from, to, 1);
+        std::fs::write(folder.path().join("s.xml"), text).unwrap();
+        let out = lightpro(folder.path(), &["realise", "s.xml"]);
+        assert_eq!(out.status.code(), Some(2), "{}", told(&out));
+        assert!(told(&out).contains(part) && told(&out).contains("kind=\"synthetic\""), "{}", told(&out));
+    };
+    refused("edges=\"contained\"", "edges=\"cut\"", "are not cut at inner planes");
+    refused("pore=\"air\"", "pore=\"coat\"", "the medium outside");
+    let rough = r#"<layer thickness="5 um" surface="r" material="coat"/>"#;
+    let with = BOARD.replace(
+        "</materials>",
+        r#"</materials><surfaces><surface id="r" kind="rough" m="0.2"/></surfaces>"#,
+    );
+    let text =
+        with.replace("KIND", "statistical").replace(r#"<layer thickness="5 um" material="coat"/>"#, rough);
+    std::fs::write(folder.path().join("r.xml"), text).unwrap();
+    let out = lightpro(folder.path(), &["realise", "r.xml"]);
+    assert!(told(&out).contains("no `surface` of their own"), "{}", told(&out));
+}

@@ -8,9 +8,12 @@ use crate::scene::{Options, Scene, Universe, realise, written};
 use crate::study::characterise::bodies::BodyParts;
 use crate::study::characterise::lines;
 use crate::study::structure::Structure;
-use crate::universe::synthetic::SyntheticUniverse;
+use crate::universe::shape::{Placed, Shape, SlabZ};
+use crate::universe::synthetic::realise::Boolean;
+use crate::universe::synthetic::stack::{self, Layer};
+use crate::universe::synthetic::{Part, Search, Setting, SyntheticUniverse};
 use crate::universe::voxel::write::{self, Grid, Vti};
-use crate::universe::{MediumId, Overlap};
+use crate::universe::{BodyId, MediumId, Overlap, SurfaceId};
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -158,17 +161,56 @@ fn draw_sheet(realised: &crate::scene::Realised, scene: &Scene, how: &RealiseArg
             Cell { period: universe.period(), planes, overlap: Overlap::Union, start: StartIn::Anywhere };
         return Ok(Drawn { universe, cell, media });
     }
-    let (model, _) = realise::model(realised, scene, &mut media)?;
+    let layers = realise::plies(realised, scene, &mut media)?;
+    let ([bottom, top], models) = (planes(&layers), layers.iter().filter_map(|l| l.bodies.as_ref()));
+    let longest = models.clone().map(Boolean::longest).fold(0.0, f64::max);
     // Two lengths of the longest body; at least twenty thicknesses of the sheet.
-    let height = model.sheet[1] - model.sheet[0];
-    let side = how.cell.unwrap_or_else(|| (2.2 * model.longest()).max(20.0 * height));
-    let universe = model
-        .cell([side; 2], scene.run.seed, how.realisation)
-        .map_err(|e| format!("{e} (a periodic cell wants bodies with an end: ends=\"flat\" and a length)"))?;
+    let side = how.cell.unwrap_or_else(|| (2.2 * longest).max(20.0 * (top - bottom)));
+    let mut parts = Vec::new();
+    for (i, layer) in layers.iter().enumerate() {
+        let Some(model) = &layer.bodies else {
+            parts.push(slab(layer, i));
+            continue;
+        };
+        let seed = stack::seed_of(scene.run.seed, i);
+        let own = model.cell([side; 2], seed, how.realisation).map_err(|e| {
+            format!("{e} (a periodic cell wants bodies with an end: ends=\"flat\" and a length)")
+        })?;
+        parts.extend(own.bodies().flat_map(|b| [Some(b.0), b.1]).flatten());
+    }
+    // Bodies of several layers, all of priority 0, are of different layers or as their layer ranked them.
+    let model = models.clone().next().ok_or("no layer holds bodies")?;
+    let setting = Setting {
+        overlap: model.overlap,
+        sheet: Some([bottom, top]),
+        period: Some([side; 2]),
+        search: Search::Automatic,
+    };
+    let universe = SyntheticUniverse::with(model.pore, parts, setting).map_err(|e| e.to_string())?;
     let sheet = &realised.sheet;
     let start = if sheet.edges == Edges::Cut { sheet.start } else { StartIn::Anywhere };
-    let cell = Cell { period: [side; 2], planes: model.sheet, overlap: model.overlap, start };
+    let cell = Cell { period: [side; 2], planes: [bottom, top], overlap: model.overlap, start };
     Ok(Drawn { universe, cell, media })
+}
+
+/// Planes of a cell of such layers: those of the sheet, or beyond a homogeneous layer's face by a micrometre, for
+/// the planes of a cell are no surfaces.
+fn planes(layers: &[Layer]) -> [f64; 2] {
+    let beyond = |l: &Layer| if l.bodies.is_some() { 0.0 } else { 1.0 };
+    let ends = layers.first().zip(layers.last());
+    ends.map_or([0.0; 2], |(top, bottom)| [bottom.slab.bottom - beyond(bottom), top.slab.top + beyond(top)])
+}
+
+/// A homogeneous layer as a body.
+fn slab(layer: &Layer, number: usize) -> Part {
+    let shape = Shape::SlabZ(SlabZ { z_min: layer.slab.bottom, z_max: layer.slab.top });
+    Part {
+        shape: Placed::at_origin(shape),
+        medium: layer.slab.pore,
+        surface: SurfaceId::SMOOTH,
+        priority: 0,
+        body: BodyId(number as u32),
+    }
 }
 
 /// Writes the volume and its scene; says what became of the shares of volume.

@@ -42,6 +42,8 @@ pub fn replay(of: &SceneArgs, args: &ReplayArgs) -> Result<(), Failure> {
         .map_err(|e| Failure::Input(format!("error: {}: {e}", scene.path.display())))?;
     let text = trail.text(&scene, &plan);
     if let Some(folder) = out {
+        std::fs::create_dir_all(&folder)
+            .map_err(|e| Failure::Input(format!("error: {}: {e}", folder.display())))?;
         let files = [("txt", &text), ("csv", &trail.csv(&plan)), ("vtp", &trail.vtp())];
         for (ending, content) in files {
             let path = folder.join(format!("history-{}.{ending}", args.history));

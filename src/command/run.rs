@@ -247,6 +247,7 @@ fn tell(
     let mut lines = vec![text::figures(&shown(&done.result)).to_string()];
     lines.extend(done.expects.0.iter().cloned());
     lines.extend(done.result.memory.as_ref().map(ToString::to_string));
+    lines.extend(done.result.voxels.as_ref().map(ToString::to_string));
     lines.extend(manifest.health.warning());
     lines.extend(aims::told(targets, done));
     lines.push(format!(

@@ -1,6 +1,6 @@
 //! From the sums of a run to figures with error bars.
 
-use super::result::{EffectUsed, MemoryUsed, Share};
+use super::result::{EffectUsed, MemoryUsed, Share, VoxelSteps};
 use super::{Figure, Ordered, RunResult, Status};
 use crate::optics::figures::{Measured, PaperWeights};
 use crate::run::Outcome;
@@ -31,6 +31,7 @@ pub fn result(scene: &Scene, plan: &Plan, outcome: &Outcome) -> RunResult {
         ledger: ledger(plan, outcome),
         effects: effects(plan),
         memory: memory(outcome),
+        voxels: steps(outcome),
     }
 }
 
@@ -58,6 +59,15 @@ fn memory(outcome: &Outcome) -> Option<MemoryUsed> {
         largest_bytes: kept.bytes,
         pockets: kept.pockets,
     })
+}
+
+/// What the staircases of a volume did, if anything.
+fn steps(outcome: &Outcome) -> Option<VoxelSteps> {
+    let mut kept = Kept::default();
+    outcome.groups.iter().for_each(|g| kept.add(g.node.kept));
+    let histories: u64 = outcome.groups.iter().map(|g| g.node.histories).sum();
+    let mean = |n: u64| n as f64 / histories as f64;
+    (kept.steps + kept.forced > 0).then(|| VoxelSteps { passed: mean(kept.steps), forced: mean(kept.forced) })
 }
 
 /// Effects of the plan, for result and manifest.

@@ -223,6 +223,27 @@ pub struct RunResult {
     /// What the statistical universe remembered, where it remembers.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub memory: Option<MemoryUsed>,
+    /// What the staircases of a volume did to rays.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub voxels: Option<VoxelSteps>,
+}
+
+/// Steps of staircases and faces whose smooth normal contradicts them, mean per history.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct VoxelSteps {
+    /// Steps that rays passed, for the surface has none.
+    pub passed: f64,
+    /// Interfaces met although the ray came from the wrong side of the smooth normal: the face's own normal (steps
+    /// mirrored: the nearest one that looks against the ray) took its place.
+    pub forced: f64,
+}
+
+impl std::fmt::Display for VoxelSteps {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let VoxelSteps { passed, forced } = self;
+        write!(f, "voxels: {passed:.3} steps passed and {forced:.4} faces met against their normal a history")
+    }
 }
 
 /// What histories have kept in memory; histories that share a realisation count as one.
@@ -298,6 +319,7 @@ mod tests {
                 EffectUsed { on: false, why: "nothing needs it".into() },
             )]),
             memory: None,
+            voxels: None,
         }
     }
 

@@ -50,6 +50,15 @@ pub fn result() -> String {
             "pockets": {"type": "integer", "minimum": 0},
         },
     });
+    let voxels = json!({
+        "type": "object",
+        "additionalProperties": false,
+        "required": ["passed", "forced"],
+        "properties": {
+            "passed": {"type": "number", "minimum": 0},
+            "forced": {"type": "number", "minimum": 0},
+        },
+    });
     let schema = json!({
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "LightPro result.json",
@@ -65,6 +74,7 @@ pub fn result() -> String {
             "ledger": {"type": "object", "additionalProperties": share},
             "effects": {"type": "object", "additionalProperties": effect},
             "memory": memory,
+            "voxels": voxels,
         },
     });
     serde_json::to_string_pretty(&schema).unwrap_or_default() + "\n"

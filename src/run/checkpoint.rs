@@ -20,7 +20,7 @@ use std::ops::Range;
 use std::path::PathBuf;
 
 const MAGIC: &[u8; 7] = b"LPCHECK";
-const VERSION: u8 = 3;
+const VERSION: u8 = 4;
 
 /// What a run is: two parts with the same identity (but for their ranges) are parts of one run.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -269,12 +269,13 @@ impl Writer {
             capped,
             samples,
             single,
-            kept: Kept { bodies, segments, bytes, pockets },
+            kept: Kept { bodies, segments, bytes, pockets, steps, forced },
             sums,
             replicas,
         } = node;
-        let counters = [histories, batches, events, lost, capped, samples, bodies, segments, bytes, pockets];
-        counters.into_iter().for_each(|n| self.number(*n));
+        let kept = [bodies, segments, bytes, pockets, steps, forced];
+        let counters = [histories, batches, events, lost, capped, samples].into_iter().chain(kept);
+        counters.for_each(|n| self.number(*n));
         self.float(*worst_imbalance);
         self.number(single.len() as u64);
         single.iter().flatten().for_each(|x| self.float(*x));
@@ -370,7 +371,8 @@ impl<'a> Reader<'a> {
         };
         let (bodies, segments, bytes, pockets) =
             (self.counter()?, self.counter()?, self.counter()?, self.counter()?);
-        node.kept = Kept { bodies, segments, bytes, pockets };
+        let (steps, forced) = (self.counter()?, self.counter()?);
+        node.kept = Kept { bodies, segments, bytes, pockets, steps, forced };
         node.worst_imbalance = self.float()?;
         node.single = self.list(16, Self::floats)?;
         node.sums = self.list(32, Self::floats)?;

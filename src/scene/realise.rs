@@ -80,29 +80,38 @@ fn only(layers: &[Layer]) -> Option<&Boolean> {
     }
 }
 
-/// The Boolean sheet of one layer that a `<cell>` can hold, and its report.
+/// The layers of a sheet that a `<cell>` can hold, top to bottom: bodies between common pores, and homogeneous
+/// slabs.
 ///
 /// # Errors
-/// As [`build`]; sheets of several layers, and faces with a surface.
-pub fn model(
-    realised: &Realised,
-    scene: &Scene,
-    media: &mut Media,
-) -> Result<(Boolean, Vec<LayerReport>), String> {
+/// As [`build`]; bodies that reach through an inner plane, pores of several media, planes and faces with a
+/// surface of their own where bodies are.
+pub fn plies(realised: &Realised, scene: &Scene, media: &mut Media) -> Result<Vec<Layer>, String> {
+    const INSTEAD: &str = "kind=\"synthetic\" with the <sheet> itself takes it";
     let sheet = &realised.sheet;
-    let (layers, reports) = layers(sheet, scene, media)?;
-    let Some(model) = only(&layers) else {
-        return Err("a <cell> holds one layer of bodies; kind=\"synthetic\" with the <sheet> itself runs \
-                    several, realised"
-            .to_owned());
-    };
-    if clear_faces(sheet, scene) != [true; 2] {
-        return Err(
-            "the faces of a <cell> have no surface of their own: the pores must have the refractive \
-                    index of what is outside, and the layer no `surface`; kind=\"synthetic\" with the \
-                    <sheet> itself takes both"
-                .to_owned(),
-        );
+    let (layers, _) = layers(sheet, scene, media)?;
+    let porous: Vec<&Layer> = layers.iter().filter(|l| l.bodies.is_some()).collect();
+    let index = |m: crate::universe::MediumId| &scene.materials[usize::from(m.0)].index;
+    if porous.is_empty() {
+        return Err("no layer holds bodies: a <sheet> of homogeneous layers is explicit already".to_owned());
     }
-    Ok((model.clone(), reports))
+    if porous.iter().any(|l| index(l.slab.pore) != index(sheet.outside)) {
+        return Err(format!(
+            "the pores of a <cell> are the medium outside, or one of its refractive index; {INSTEAD}"
+        ));
+    }
+    if porous.iter().any(|l| l.slab.pore != porous[0].slab.pore) {
+        return Err(format!(
+            "a <cell> has one medium between its bodies, these layers have several; {INSTEAD}"
+        ));
+    }
+    if layers.len() > 1 && sheet.edges == Edges::Cut {
+        return Err(format!(
+            "bodies of a <cell> are not cut at inner planes: edges=\"contained\"; {INSTEAD}"
+        ));
+    }
+    if layers.iter().any(|l| l.slab.surface != SurfaceId::SMOOTH) {
+        return Err(format!("the planes of layers have no `surface` of their own in a <cell>; {INSTEAD}"));
+    }
+    Ok(layers)
 }

@@ -112,6 +112,9 @@ pub fn explicit(
                 centre(&body.shape),
                 axes(&body.shape)
             )),
+            (Shape::SlabZ(s), None) => {
+                Some(format!("<slab z-min=\"{} um\" z-max=\"{} um\"", s.z_min, s.z_max))
+            }
             _ => None,
         };
         let line = line.ok_or("bodies that have no element of their own in a scene")?;

@@ -293,6 +293,7 @@ mod tests {
             ledger: Ordered::default(),
             effects: Ordered::default(),
             memory: None,
+            voxels: None,
         }
     }
 

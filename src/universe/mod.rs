@@ -137,6 +137,10 @@ pub struct Kept {
     pub bytes: u64,
     /// Pockets forgotten (finite memory).
     pub pockets: u64,
+    /// Steps of a voxel staircase that rays passed, for the surface that it stands for has none.
+    pub steps: u64,
+    /// Voxel interfaces met although the ray came from the wrong side of their smooth normal.
+    pub forced: u64,
 }
 
 impl Kept {
@@ -146,6 +150,8 @@ impl Kept {
         self.segments += other.segments;
         self.bytes = self.bytes.max(other.bytes);
         self.pockets += other.pockets;
+        self.steps += other.steps;
+        self.forced += other.forced;
     }
 }
 

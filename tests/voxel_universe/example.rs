@@ -74,3 +74,36 @@ fn the_shipped_plate_is_solid() {
     let shipped = open(&file).unwrap().load(&map, false, 256).unwrap();
     assert!(shipped == Volume::of(cells, &[0; 256]).unwrap());
 }
+
+/// A run tells what the staircases did to its rays, whatever the number of threads: steps passed, and faces met
+/// against their smooth normal, which `steps="mirrored"` meets everywhere and faces as normals never.
+#[test]
+fn a_run_counts_the_steps_of_its_staircases() {
+    use lightpro::command::{RunArgs, SceneArgs, finish, load};
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    let text = std::fs::read_to_string(root.join("scenes/voxel-sheet.xml")).unwrap();
+    let text = text.replace("../distributions", &root.join("distributions").display().to_string());
+    let text = text
+        .replace(" smoothing=\"${smoothing}\"", "")
+        .replace("<define name=\"smoothing\" value=\"2\"/>", "");
+    let text = text.replace("data/fibres", &root.join("scenes/data/fibres").display().to_string());
+    let folder = tempfile::tempdir().unwrap();
+    let run = |rule: &str, threads: usize| {
+        let path = folder.path().join("v.xml");
+        std::fs::write(&path, text.replace("top=\"last\"", &format!("top=\"last\" {rule}"))).unwrap();
+        let (scene, _) = load(&SceneArgs { path, allow_outside: true, ..SceneArgs::default() }).unwrap();
+        let run = RunArgs { histories: Some(2 * 4096), threads, ..RunArgs::default() };
+        finish(scene, &run, |_| true).unwrap().result
+    };
+    let counted = |rule: &str| {
+        let result = run(rule, 1);
+        println!("{rule}: {:?}", result.voxels);
+        assert_eq!(result.to_json(), run(rule, 2).to_json());
+        result.voxels.map(|v| (v.passed, v.forced))
+    };
+    let (passed, forced) = counted("").unwrap();
+    assert!(passed > 0.1 && forced < 0.1 * passed && forced > 0.0);
+    let (none, met) = counted("steps=\"mirrored\"").unwrap();
+    assert!(none == 0.0 && met > 5.0 * forced);
+    assert_eq!(counted("normals=\"faces\""), None);
+}

@@ -173,7 +173,9 @@ fn upper_end(class: usize) -> f64 {
 }
 
 /// What lines through `universe` meet between the planes `bottom` and `top` (µm), group by group. `shared`
-/// lines share a realisation.
+/// lines share a realisation. A line that has gone `reach` sideways (µm, may be infinite) goes on above or below the
+/// place where it came in, for there the bodies are known: the chord that it is on is cut, as by a face. An even
+/// sheet is the same everywhere, so that nothing is biased by it, and level lines need no bodies for miles around.
 pub fn measure<U: Universe>(
     universe: &U,
     [bottom, top]: [f64; 2],
@@ -181,6 +183,7 @@ pub fn measure<U: Universe>(
     lines: u64,
     shared: u64,
     seed: u64,
+    reach: f64,
 ) -> Vec<Counted> {
     let each = lines.div_ceil(GROUPS);
     let source = Source::diffuse(DVec3::new(0.0, 0.0, top), 0.0);
@@ -197,7 +200,7 @@ pub fn measure<U: Universe>(
             } else {
                 universe.share(&mut memory);
             }
-            follow(universe, &source, [bottom, top], &mut memory, &mut rng, &mut counted);
+            follow(universe, &source, [bottom, top], reach, &mut memory, &mut rng, &mut counted);
         }
         counted
     };
@@ -230,11 +233,15 @@ fn follow<U: Universe>(
     universe: &U,
     source: &Source,
     [bottom, top]: [f64; 2],
+    reach: f64,
     memory: &mut U::Memory,
     rng: &mut Stream,
     counted: &mut Counted,
 ) {
     let mut ray = source.emit(rng);
+    let came_in = ray.origin;
+    let level = (ray.dir.x * ray.dir.x + ray.dir.y * ray.dir.y).sqrt();
+    let (whole, mut left) = (reach / level, reach / level);
     let start = universe.enter(&ray, memory, rng);
     let (mut place, mut medium) = (start.place, usize::from(start.medium.0));
     let bin = ((ray.dir.z.abs() * DIRECTIONS as f64) as usize).min(DIRECTIONS - 1);
@@ -242,11 +249,12 @@ fn follow<U: Universe>(
     let mut from_interface = false;
     counted.lines += 1;
     loop {
-        let next = universe.next(&ray, &mut place, memory, f64::INFINITY, rng);
+        let next = universe.next(&ray, &mut place, memory, left, rng);
         let (length, met) = match next {
             Next::Interface(at) => (at.distance, Some(at)),
             Next::Edge { distance, .. } if distance.is_finite() => (distance, None),
-            Next::Edge { .. } | Next::Limit | Next::Lost => {
+            Next::Limit => (left, None),
+            Next::Edge { .. } | Next::Lost => {
                 counted.lost += 1;
                 return;
             }
@@ -257,7 +265,15 @@ fn follow<U: Universe>(
         if from_interface {
             counted.chords[medium][bin][usize::from(met.is_none())][class_of(length)] += 1;
         }
+        if let Next::Limit = next {
+            ray.origin = DVec3::new(came_in.x, came_in.y, ray.at(length).z);
+            let start = universe.come_back(&ray, &place, memory, rng);
+            (place, medium) = (start.place, usize::from(start.medium.0));
+            (from_interface, left) = (false, whole);
+            continue;
+        }
         let Some(at) = met else { return };
+        left -= length;
         let beyond = usize::from(at.beyond.0);
         counted.ends[medium][bin] += 1.0;
         counted.passed[medium * counted.media + beyond] += 1.0;
@@ -293,7 +309,9 @@ fn tell_surface(counted: &mut Counted, medium: usize, n: DVec3, axis: DVec3) {
         *sum += x;
     }
     let level = axis.x * axis.x + axis.y * axis.y;
-    if level > 0.0 {
+    // The planes of layers have a machine direction too, and are no bodies.
+    let plane = n.x == 0.0 && n.y == 0.0;
+    if level > 0.0 && !plane {
         let tilt = asin((axis.z / axis.length()).clamp(-1.0, 1.0));
         let sums = &mut counted.axes[medium];
         let double = [(axis.x * axis.x - axis.y * axis.y) / level, 2.0 * axis.x * axis.y / level];

@@ -16,6 +16,8 @@ use std::fmt::{self, Write};
 
 /// Bodies that are counted in each realisation, about, where there is no end of them; and realisations.
 const BODIES: f64 = 40_000.0;
+/// Bodies of a realisation around which lines go on, about.
+const KNOWN: f64 = 4_000.0;
 /// See [`BODIES`].
 const REALISATIONS: u32 = 5;
 
@@ -48,12 +50,13 @@ pub fn characterise(scene: &Scene, lines: u64) -> Result<Characteristics, String
     let plan = Plan::new(scene)?;
     let (planes, media, seed) = ([plan.bottom, plan.top], plan.media.names.len(), scene.run.seed);
     let (mut bodies, mut window) = (Vec::new(), Window::Cells(0.0));
+    let reach = |radius: f64| radius.max(10.0 * (planes[1] - planes[0]));
     let groups = match &plan.universe {
         AnyUniverse::Realised(drum) => {
             let radius = drum.radius_of(BODIES);
             bodies = (0..REALISATIONS).flat_map(|r| drum.bodies(seed, u64::from(r), radius)).collect();
             window = Window::Discs(radius, REALISATIONS);
-            measure(drum, planes, media, lines, scene.run.shared, seed)
+            measure(drum, planes, media, lines, scene.run.shared, seed, reach(drum.radius_of(KNOWN)))
         }
         AnyUniverse::Stack(stack) => {
             let drums = || stack.layers().filter_map(|l| l.1);
@@ -61,24 +64,25 @@ pub fn characterise(scene: &Scene, lines: u64) -> Result<Characteristics, String
             let known = |r: u32| drums().flat_map(move |d| d.bodies(d.seed(), u64::from(r), radius));
             bodies = (0..REALISATIONS).flat_map(known).collect();
             window = Window::Discs(radius, REALISATIONS);
-            measure(stack, planes, media, lines, scene.run.shared, seed)
+            let far = drums().map(|d| d.radius_of(KNOWN)).fold(f64::INFINITY, f64::min);
+            measure(stack, planes, media, lines, scene.run.shared, seed, reach(far))
         }
         AnyUniverse::Ensemble(u) => {
             let [x, y] = u.cells()[0].period();
             bodies = u.cells().iter().flat_map(|c| c.bodies()).collect();
             window = Window::Cells(x * y * u.cells().len() as f64);
-            measure(u, planes, media, lines, 1, seed)
+            measure(u, planes, media, lines, 1, seed, f64::INFINITY)
         }
         AnyUniverse::Topography(u) if u.anywhere() => {
             let [x, y] = u.period();
             bodies = u.bodies().bodies().filter(|b| synthetic::corners(&b.0.shape).is_some()).collect();
             window = Window::Cells(x * y);
-            measure(u, planes, media, lines, 1, seed)
+            measure(u, planes, media, lines, 1, seed, f64::INFINITY)
         }
-        AnyUniverse::Voxel(voxels) => measure(voxels, planes, media, lines, 1, seed),
-        AnyUniverse::Statistical(u) => measure(u, planes, media, lines, 1, seed),
-        AnyUniverse::Lazy(u) => measure(u, planes, media, lines, 1, seed),
-        AnyUniverse::Mixture(u) => measure(u, planes, media, lines, 1, seed),
+        AnyUniverse::Voxel(voxels) => measure(voxels, planes, media, lines, 1, seed, f64::INFINITY),
+        AnyUniverse::Statistical(u) => measure(u, planes, media, lines, 1, seed, f64::INFINITY),
+        AnyUniverse::Lazy(u) => measure(u, planes, media, lines, 1, seed, f64::INFINITY),
+        AnyUniverse::Mixture(u) => measure(u, planes, media, lines, 1, seed, f64::INFINITY),
         AnyUniverse::Synthetic(_) | AnyUniverse::Topography(_) => {
             return Err(
                 "single bodies are no sheet: lines cannot fall evenly on them; characterise takes a \

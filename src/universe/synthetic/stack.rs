@@ -69,6 +69,11 @@ pub struct Storeyed {
     ahead: Option<(Face, Displaced)>,
 }
 
+/// Seed of the layer `number`: the same kinds in two layers must not stand above each other.
+pub fn seed_of(seed: u64, number: usize) -> u64 {
+    seed.wrapping_add((number as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15))
+}
+
 impl Stack {
     /// All realisations of the layers (at least one, top to bottom).
     ///
@@ -77,9 +82,8 @@ impl Stack {
     pub fn ensemble(layers: &[Layer], faces: Faces, seed: u64, entry: Entry) -> Result<Self, RealiseError> {
         let mut storeys = Vec::new();
         for (i, layer) in layers.iter().enumerate() {
-            // The same kinds in two layers must not stand above each other.
-            let seed = seed.wrapping_add((i as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15));
-            let drum = layer.bodies.as_ref().map(|b| Drum::ensemble(b, seed, entry)).transpose()?;
+            let drum =
+                layer.bodies.as_ref().map(|b| Drum::ensemble(b, seed_of(seed, i), entry)).transpose()?;
             storeys.push(Storey { slab: layer.slab, drum });
         }
         let drums = || storeys.iter().filter_map(|s| s.drum.as_ref());

@@ -33,7 +33,7 @@ pub use lattice::Lateral;
 pub use volume::{Volume, VolumeError};
 
 use super::sheet::plane_ahead;
-use super::{Interface, MediumId, Next, Ray, Start, SurfaceId, Universe};
+use super::{Interface, Kept, MediumId, Next, Ray, Start, SurfaceId, Universe};
 use crate::math::DVec3;
 use crate::rng::Stream;
 use lattice::{Lattice, Walk};
@@ -119,7 +119,7 @@ pub enum Error {
     Phase(usize),
 }
 
-/// Scratch of a worker and what it met, over all its histories: nothing of it bears on results.
+/// Scratch of a worker, and what its history met: nothing of it bears on results.
 #[derive(Debug, Default)]
 pub struct Scratch {
     window: Window,
@@ -228,7 +228,13 @@ impl Universe for VoxelUniverse {
     type Memory = Scratch;
     type Place = Place;
 
-    fn forget(&self, _: &mut Scratch) {}
+    fn forget(&self, scratch: &mut Scratch) {
+        (scratch.passed, scratch.forced) = (0, 0);
+    }
+
+    fn kept(&self, scratch: &Scratch) -> Kept {
+        Kept { steps: scratch.passed, forced: scratch.forced, ..Kept::default() }
+    }
 
     /// On the upper and lower face a ray stands outside; elsewhere in the voxel that it points into.
     fn enter(&self, ray: &Ray, _: &mut Scratch, rng: &mut Stream) -> Start<Place> {

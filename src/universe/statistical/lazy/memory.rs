@@ -317,6 +317,7 @@ impl Memory {
             segments: self.segments.len() as u64,
             bytes: bytes as u64,
             pockets: self.pockets,
+            ..Kept::default()
         }
     }
 
