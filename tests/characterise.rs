@@ -157,3 +157,35 @@ fn single_bodies_are_no_sheet() {
     let told = characterise(&scene_in(&root(), universe), 1000).unwrap_err();
     assert!(told.contains("realised <sheet>"), "{told}");
 }
+
+/// Lines that go on within a few thicknesses of the place where they came in, on the other half of their way, find
+/// what lines find that go as far as they may.
+#[test]
+fn short_lines_find_what_long_ones_do() {
+    use lightpro::scene::plan::Plan;
+    use lightpro::study::characterise::lines::{Lines, measure, with_error};
+    use lightpro::universe::any::AnyUniverse;
+    let scene = scene_in(&root(), &known("synthetic"));
+    let plan = Plan::new(&scene).unwrap();
+    let AnyUniverse::Realised(drum) = &plan.universe else { panic!() };
+    let lines = |reach: f64, seed: u64| {
+        let lines = Lines { number: 100_000, shared: 64, seed, reach };
+        measure(drum, [plan.bottom, plan.top], plan.media.names.len(), lines)
+    };
+    let (long, short) = (lines(f64::INFINITY, 1), lines(12.0, 2));
+    let mut worst = 0.0_f64;
+    for name in ["surface", "share of pores", "mean chord of pores", "rate of level lines in pores"] {
+        let of = |c: &lightpro::study::characterise::lines::Counted| match name {
+            "surface" => c.surface(),
+            "share of pores" => c.share(0),
+            "mean chord of pores" => c.mean_chord(0),
+            _ => c.ends[0][0] / c.length[0][0],
+        };
+        let ((a, sa), (b, sb)) = (with_error(&long, of), with_error(&short, of));
+        let z = (a - b) / (sa * sa + sb * sb).sqrt();
+        println!("{name}: {a:.5}({sa:.5}) far, {b:.5}({sb:.5}) near, z {z:.2}");
+        assert!(z.is_finite());
+        worst = worst.max(z.abs());
+    }
+    assert!(worst < 3.7, "{worst}"); // four at once at 1e-3
+}

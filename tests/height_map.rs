@@ -41,6 +41,9 @@ fn direction(rng: &mut Stream) -> DVec3 {
 fn maps_that_are_none_are_refused() {
     let map = |h: Vec<f64>, n, p| HeightMap::new(h, n, p).unwrap_err();
     assert_eq!(map(vec![0.0; 4], [4, 1], [1.0; 2]), HeightError::Nodes);
+    let measured = |h: Vec<f64>, n| HeightMap::measured(h, n, [1.0; 2], true, Some(0.0)).unwrap_err();
+    assert_eq!(measured(vec![], [0, 0]), HeightError::Nodes);
+    assert_eq!(measured(vec![0.0; 5], [3, 2]), HeightError::Nodes);
     assert_eq!(map(vec![0.0; 5], [2, 2], [1.0; 2]), HeightError::Nodes);
     assert_eq!(map(vec![0.0; 4], [2, 2], [0.0, 1.0]), HeightError::Pixel);
     assert_eq!(map(vec![0.0; 4], [2, 2], [1.0, f64::NAN]), HeightError::Pixel);

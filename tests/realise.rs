@@ -279,6 +279,16 @@ fn plies_stand_above_each_other() {
     assert!(["coat", "pulp", "fine"].iter().all(|m| section.contains(m)), "{}", section.len());
 }
 
+/// A backing is no body, and that is told.
+#[test]
+fn a_backing_is_not_left_out_in_silence() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = SHEET.replace("pore=\"air\"", "pore=\"air\" backing=\"80 %\"");
+    std::fs::write(folder.path().join("s.xml"), text).unwrap();
+    let out = lightpro(folder.path(), &["realise", "s.xml", "--cell", "0.1 mm"]);
+    assert!(out.status.success() && told(&out).contains("reflectance 0.8) is left out"), "{}", told(&out));
+}
+
 /// What a cell cannot hold.
 #[test]
 fn plies_that_no_cell_holds() {

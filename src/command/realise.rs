@@ -102,6 +102,12 @@ pub fn realise(args: &SceneArgs, how: &RealiseArgs) -> Result<String, Failure> {
     if left_out > 0 {
         said += &format!("{left_out} bodies without end are not in the mesh\n");
     }
+    if let Some(rho) = scene.universe.sheet().and_then(|s| s.backing) {
+        said += &format!(
+            "warning: bodies and volumes have no backing, that of the sheet (reflectance {rho}) is left out: put a <slab> with \
+             an opaque Lambertian surface below the cell\n"
+        );
+    }
     if let Some(edge) = how.voxel {
         said += &voxelise(&drawn, &scene, edge, &files, &source, how.mhd)?;
     }

@@ -105,6 +105,9 @@ pub fn plies(realised: &Realised, scene: &Scene, media: &mut Media) -> Result<Ve
             "a <cell> has one medium between its bodies, these layers have several; {INSTEAD}"
         ));
     }
+    if layers.len() > 1 && porous[0].slab.pore != sheet.outside {
+        return Err(format!("the pores of several layers in a <cell> are the medium outside; {INSTEAD}"));
+    }
     if layers.len() > 1 && sheet.edges == Edges::Cut {
         return Err(format!(
             "bodies of a <cell> are not cut at inner planes: edges=\"contained\"; {INSTEAD}"

@@ -7,7 +7,7 @@ use crate::universe::shape::{
     Cuboid, Ellipsoid, EllipticCylinder, HalfSpace, Placed, Shape, SlabZ, SlantedCylinder,
 };
 use crate::universe::synthetic::{Error, Part, Search, Setting, SyntheticUniverse};
-use crate::universe::topography::{Skin, Topography};
+use crate::universe::topography::Topography;
 use crate::universe::{BodyId, Face};
 
 /// The universe of an explicit scene; body numbers follow the list of bodies. A hollow fibre is two
@@ -33,10 +33,9 @@ pub fn topography(
     u: SyntheticUniverse,
     scene: &Scene,
 ) -> Result<(Topography, Vec<String>), String> {
-    let number = |k: usize| BodyId((s.bodies.len() + k) as u32);
-    let skin = |k: usize| s.skins[k].clone().map(|skin| Skin { body: number(k), ..skin });
+    let [top, bottom] = s.skins.clone();
     let anywhere = anywhere(s.cell.is_some(), &s.bodies, s.random, &scene.source);
-    let made = Topography::new(u, skin(0), skin(1), anywhere).map_err(|e| e.to_string())?;
+    let made = Topography::new(u, top, bottom, anywhere).map_err(|e| e.to_string())?;
     let told = [Face::Top, Face::Bottom].into_iter().filter_map(|face| describe(&made, face)).collect();
     Ok((made, told))
 }

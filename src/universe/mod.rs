@@ -126,7 +126,8 @@ pub enum Next {
     Lost,
 }
 
-/// What histories have kept in memory.
+/// What a universe has to tell of histories: what they have kept in memory, and what staircases of voxels did to
+/// them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Kept {
     /// Bodies met.

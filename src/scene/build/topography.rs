@@ -3,9 +3,8 @@
 use super::{Node, Reading};
 use crate::scene::diagnostic::Diagnostic;
 use crate::scene::model::{Body, Cell, Geometry, Source};
-use crate::universe::BodyId;
 use crate::universe::shape::height::{HeightError, HeightMap};
-use crate::universe::topography::{Skin, file};
+use crate::universe::topography::{self, Error, Skin, file};
 use std::sync::Arc;
 
 impl Reading<'_> {
@@ -27,29 +26,22 @@ impl Reading<'_> {
             if self.out.error_count() == 0 {
                 skins[side] = self.skin(*e);
             }
-            if let (Some(skin), Some(cell)) = (&skins[side], cell) {
-                self.fits(*e, &skin.map, cell);
-            }
         }
-        if let ([Some(top), Some(bottom)], Some(e)) = (&skins, elements.last()) {
-            let ([lowest, _], [_, highest]) = (top.map.range(), bottom.map.range());
-            if lowest <= highest {
-                let what = format!(
-                    "the lower surface reaches up to {highest} um, the upper one down to {lowest} um"
-                );
-                let d = Diagnostic::error(e.own.place, what);
-                self.out.push(d.help("`level` puts the mean of a map at a height: set them further apart"));
-            }
-            let (a, b) = (top.map.period(), bottom.map.period());
-            if a != b {
-                let what = format!(
-                    "it repeats every {} x {} um, the other surface every {} x {} um",
-                    b[0], b[1], a[0], a[1]
-                );
-                let d = Diagnostic::error(e.own.place, what);
-                self.out
-                    .push(d.help("both sides of a sheet are measured over the same area: cut out the same"));
-            }
+        let cell = cell.map(|c| (c.period, c.planes));
+        if let (Some(e), true) = (elements.last(), self.out.error_count() == 0)
+            && let Err(error) = topography::agree(&skins, cell)
+        {
+            let d = Diagnostic::error(e.own.place, error.to_string());
+            self.out.push(match error {
+                Error::Sides(..) => {
+                    d.help("both sides of a sheet are measured over the same area: cut out the same")
+                }
+                Error::Period(..) => {
+                    d.help("a map of n pixels repeats after n of them, mirrored after 2 n - 2")
+                }
+                Error::Planes(..) => d.help("raise `top` or lower `bottom` of the <cell>, or set `level`"),
+                _ => d.help("`level` puts the mean of a map at a height: set them further apart"),
+            });
         }
         skins
     }
@@ -93,7 +85,7 @@ impl Reading<'_> {
             e.number("level"),
         );
         match made {
-            Ok(map) => Some(Skin { map: Arc::new(map), surface, body: BodyId(u32::MAX) }),
+            Ok(map) => Some(Skin { map: Arc::new(map), surface }),
             Err(error) => {
                 let d = Diagnostic::error(a.value_place, error.to_string());
                 self.out.push(match error {
@@ -105,24 +97,6 @@ impl Reading<'_> {
                 });
                 None
             }
-        }
-    }
-
-    /// A surface belongs to the cell that it stands in.
-    fn fits(&mut self, e: Node<'_>, map: &HeightMap, cell: &Cell) {
-        let ([x, y], [lowest, highest]) = (map.period(), map.range());
-        if (0..2).any(|k| (map.period()[k] - cell.period[k]).abs() > 1e-9 * cell.period[k]) {
-            let what = format!(
-                "the surface repeats every {x} x {y} um, the cell every {} x {} um",
-                cell.period[0], cell.period[1]
-            );
-            let d = Diagnostic::error(e.own.place, what);
-            self.out.push(d.help("a map of n pixels repeats after n of them, mirrored after 2 n - 2"));
-        }
-        if lowest <= cell.planes[0] || highest > cell.planes[1] {
-            let what = format!("the surface from {lowest} to {highest} um leaves the cell");
-            let d = Diagnostic::error(e.own.place, what);
-            self.out.push(d.help("raise `top` or lower `bottom` of the <cell>, or set `level`"));
         }
     }
 

@@ -172,20 +172,31 @@ fn upper_end(class: usize) -> f64 {
     crate::math::exp((class as f64 + 1.0) * (ln(10.0) / 50.0)) * 1e-3
 }
 
-/// What lines through `universe` meet between the planes `bottom` and `top` (µm), group by group. `shared`
-/// lines share a realisation. A line that has gone `reach` sideways (µm, may be infinite) goes on above or below the
-/// place where it came in, for there the bodies are known: the chord that it is on is cut, as by a face. An even
-/// sheet is the same everywhere, so that nothing is biased by it, and level lines need no bodies for miles around.
+/// Lines through a universe.
+#[derive(Clone, Copy, Debug)]
+pub struct Lines {
+    /// How many.
+    pub number: u64,
+    /// Lines that share a realisation.
+    pub shared: u64,
+    /// Seed.
+    pub seed: u64,
+    /// How far sideways a line goes, µm; may be infinite. Then it goes on at its height as far on the other side of the
+    /// place where it came in, for between the two the bodies are known, and the chord that it is on is cut, as
+    /// by a face. An even sheet is the same everywhere, so that nothing is biased by it, and level lines need
+    /// no bodies for miles around.
+    pub reach: f64,
+}
+
+/// What lines through `universe` meet between the planes `bottom` and `top` (µm), group by group.
 pub fn measure<U: Universe>(
     universe: &U,
     [bottom, top]: [f64; 2],
     media: usize,
-    lines: u64,
-    shared: u64,
-    seed: u64,
-    reach: f64,
+    lines: Lines,
 ) -> Vec<Counted> {
-    let each = lines.div_ceil(GROUPS);
+    let Lines { number: all, shared, seed, reach } = lines;
+    let each = all.div_ceil(GROUPS);
     let source = Source::diffuse(DVec3::new(0.0, 0.0, top), 0.0);
     let group = |number: u64| {
         let mut counted = Counted::new(media);
@@ -241,7 +252,8 @@ fn follow<U: Universe>(
     let mut ray = source.emit(rng);
     let came_in = ray.origin;
     let level = (ray.dir.x * ray.dir.x + ray.dir.y * ray.dir.y).sqrt();
-    let (whole, mut left) = (reach / level, reach / level);
+    let far = reach / level;
+    let mut left = far;
     let start = universe.enter(&ray, memory, rng);
     let (mut place, mut medium) = (start.place, usize::from(start.medium.0));
     let bin = ((ray.dir.z.abs() * DIRECTIONS as f64) as usize).min(DIRECTIONS - 1);
@@ -266,10 +278,11 @@ fn follow<U: Universe>(
             counted.chords[medium][bin][usize::from(met.is_none())][class_of(length)] += 1;
         }
         if let Next::Limit = next {
-            ray.origin = DVec3::new(came_in.x, came_in.y, ray.at(length).z);
+            let back = came_in - ray.dir * far;
+            ray.origin = DVec3::new(back.x, back.y, ray.at(length).z);
             let start = universe.come_back(&ray, &place, memory, rng);
             (place, medium) = (start.place, usize::from(start.medium.0));
-            (from_interface, left) = (false, whole);
+            (from_interface, left) = (false, 2.0 * far);
             continue;
         }
         let Some(at) = met else { return };

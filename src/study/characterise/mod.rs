@@ -10,7 +10,7 @@ use crate::scene::{Scene, Universe as Where};
 use crate::universe::any::AnyUniverse;
 use crate::universe::synthetic;
 use bodies::{Population, Window, populations};
-use lines::{Counted, DIRECTIONS, SLICES, equivalent_section, measure, total, with_error};
+use lines::{Counted, DIRECTIONS, Lines, SLICES, equivalent_section, measure, total, with_error};
 use std::collections::BTreeSet;
 use std::fmt::{self, Write};
 
@@ -50,13 +50,17 @@ pub fn characterise(scene: &Scene, lines: u64) -> Result<Characteristics, String
     let plan = Plan::new(scene)?;
     let (planes, media, seed) = ([plan.bottom, plan.top], plan.media.names.len(), scene.run.seed);
     let (mut bodies, mut window) = (Vec::new(), Window::Cells(0.0));
-    let reach = |radius: f64| radius.max(10.0 * (planes[1] - planes[0]));
+    let free = Lines { number: lines, shared: 1, seed, reach: f64::INFINITY };
+    let within = |radius: f64| {
+        let reach = radius.max(10.0 * (planes[1] - planes[0]));
+        Lines { shared: scene.run.shared, reach, ..free }
+    };
     let groups = match &plan.universe {
         AnyUniverse::Realised(drum) => {
             let radius = drum.radius_of(BODIES);
             bodies = (0..REALISATIONS).flat_map(|r| drum.bodies(seed, u64::from(r), radius)).collect();
             window = Window::Discs(radius, REALISATIONS);
-            measure(drum, planes, media, lines, scene.run.shared, seed, reach(drum.radius_of(KNOWN)))
+            measure(drum, planes, media, within(drum.radius_of(KNOWN)))
         }
         AnyUniverse::Stack(stack) => {
             let drums = || stack.layers().filter_map(|l| l.1);
@@ -65,24 +69,24 @@ pub fn characterise(scene: &Scene, lines: u64) -> Result<Characteristics, String
             bodies = (0..REALISATIONS).flat_map(known).collect();
             window = Window::Discs(radius, REALISATIONS);
             let far = drums().map(|d| d.radius_of(KNOWN)).fold(f64::INFINITY, f64::min);
-            measure(stack, planes, media, lines, scene.run.shared, seed, reach(far))
+            measure(stack, planes, media, within(far))
         }
         AnyUniverse::Ensemble(u) => {
             let [x, y] = u.cells()[0].period();
             bodies = u.cells().iter().flat_map(|c| c.bodies()).collect();
             window = Window::Cells(x * y * u.cells().len() as f64);
-            measure(u, planes, media, lines, 1, seed, f64::INFINITY)
+            measure(u, planes, media, free)
         }
         AnyUniverse::Topography(u) if u.anywhere() => {
             let [x, y] = u.period();
             bodies = u.bodies().bodies().filter(|b| synthetic::corners(&b.0.shape).is_some()).collect();
             window = Window::Cells(x * y);
-            measure(u, planes, media, lines, 1, seed, f64::INFINITY)
+            measure(u, planes, media, free)
         }
-        AnyUniverse::Voxel(voxels) => measure(voxels, planes, media, lines, 1, seed, f64::INFINITY),
-        AnyUniverse::Statistical(u) => measure(u, planes, media, lines, 1, seed, f64::INFINITY),
-        AnyUniverse::Lazy(u) => measure(u, planes, media, lines, 1, seed, f64::INFINITY),
-        AnyUniverse::Mixture(u) => measure(u, planes, media, lines, 1, seed, f64::INFINITY),
+        AnyUniverse::Voxel(voxels) => measure(voxels, planes, media, free),
+        AnyUniverse::Statistical(u) => measure(u, planes, media, free),
+        AnyUniverse::Lazy(u) => measure(u, planes, media, free),
+        AnyUniverse::Mixture(u) => measure(u, planes, media, free),
         AnyUniverse::Synthetic(_) | AnyUniverse::Topography(_) => {
             return Err(
                 "single bodies are no sheet: lines cannot fall evenly on them; characterise takes a \

@@ -100,8 +100,11 @@ impl HeightMap {
         mirror: bool,
         level: Option<f64>,
     ) -> Result<Self, HeightError> {
+        if heights.is_empty() || nodes[0].checked_mul(nodes[1]) != Some(heights.len()) {
+            return Err(HeightError::Nodes);
+        }
         if let Some(i) = heights.iter().position(|h| !h.is_finite()) {
-            return Err(HeightError::Hole(i % nodes[0].max(1), i / nodes[0].max(1)));
+            return Err(HeightError::Hole(i % nodes[0], i / nodes[0]));
         }
         if let Some(level) = level {
             let mean = heights.iter().sum::<f64>() / heights.len() as f64;

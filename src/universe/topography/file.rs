@@ -127,6 +127,7 @@ fn page(file: &Path) -> Result<Heights, Error> {
     let fault =
         |e: tiff::TiffError| Error::new(file, e, "a grey page of floating point or whole numbers is read");
     let opened = std::fs::File::open(file).map_err(|e| Error::io(file, &e))?;
+    let length = opened.metadata().map_err(|e| Error::io(file, &e))?.len();
     let mut pages = Decoder::new(BufReader::new(opened)).map_err(fault)?;
     let (columns, rows) = pages.dimensions().map_err(fault)?;
     let colour = pages.colortype().map_err(fault)?;
@@ -135,6 +136,11 @@ fn page(file: &Path) -> Result<Heights, Error> {
         return Err(Error::new(file, format!("the page is {colour:?}"), help));
     }
     let nodes = count(file, u64::from(columns), u64::from(rows))?;
+    // Deflate and LZW shorten to no less than a thousandth.
+    if length.saturating_mul(1500) < nodes as u64 {
+        let what = format!("the header promises {columns} x {rows} heights; {length} bytes are there");
+        return Err(Error::new(file, what, "the file is cut off: copy or write it again"));
+    }
     let mut limits = Limits::default();
     limits.decoding_buffer_size = nodes * 8;
     let mut pages = pages.with_limits(limits);

@@ -25,8 +25,6 @@ pub struct Skin {
     pub map: Arc<HeightMap>,
     /// Law of the surface.
     pub surface: SurfaceId,
-    /// Number that its interfaces carry.
-    pub body: BodyId,
 }
 
 /// Surfaces that no universe can be made of.
@@ -35,12 +33,46 @@ pub enum Error {
     /// No surface at all.
     #[error("a topography has a surface on top, or at the bottom, or both")]
     Nothing,
-    /// Two surfaces that do not repeat together, or bodies that do not repeat with them.
-    #[error("the surface repeats itself every {0} x {1} um, what it belongs to every {2} x {3} um")]
-    Period(f64, f64, f64, f64),
+    /// Surfaces that do not repeat together.
+    #[error("the upper surface repeats every {} x {} um, the lower one every {} x {} um", .0[0], .0[1], .1[0], .1[1])]
+    Sides([f64; 2], [f64; 2]),
+    /// A surface and bodies that do not repeat together.
+    #[error("the surface repeats every {} x {} um, the cell every {} x {} um", .0[0], .0[1], .1[0], .1[1])]
+    Period([f64; 2], [f64; 2]),
+    /// A surface that reaches beyond the planes of the cell.
+    #[error("the surface from {} to {} um leaves the cell from {} to {} um", .0[0], .0[1], .1[0], .1[1])]
+    Planes([f64; 2], [f64; 2]),
     /// The surfaces cut each other.
-    #[error("the upper surface comes down to {0} um, the lower one up to {1} um")]
+    #[error("the lower surface reaches up to {1} um, the upper one down to {0} um")]
     Cross(f64, f64),
+}
+
+/// Whether surfaces on top and at the bottom fit each other and the cell of the bodies, if there is one: its
+/// periods, and its lower and upper plane, µm.
+///
+/// # Errors
+/// What does not fit.
+pub fn agree(skins: &[Option<Skin>; 2], cell: Option<([f64; 2], [f64; 2])>) -> Result<(), Error> {
+    // Within rounding.
+    let together = |a: [f64; 2], b: [f64; 2]| (0..2).all(|k| (a[k] - b[k]).abs() <= 1e-9 * a[k]);
+    for (map, (period, planes)) in skins.iter().flatten().map(|s| &s.map).zip(cell.into_iter().cycle()) {
+        if !together(map.period(), period) {
+            return Err(Error::Period(map.period(), period));
+        }
+        if map.range()[0] <= planes[0] || map.range()[1] > planes[1] {
+            return Err(Error::Planes(map.range(), planes));
+        }
+    }
+    match skins {
+        [None, None] => Err(Error::Nothing),
+        [Some(top), Some(bottom)] if !together(top.map.period(), bottom.map.period()) => {
+            Err(Error::Sides(top.map.period(), bottom.map.period()))
+        }
+        [Some(top), Some(bottom)] if top.map.range()[0] <= bottom.map.range()[1] => {
+            Err(Error::Cross(top.map.range()[0], bottom.map.range()[1]))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Bodies between measured surfaces.
@@ -82,7 +114,7 @@ impl Topography {
     /// bodies then have to be the same everywhere, or to repeat themselves with it.
     ///
     /// # Errors
-    /// [`Error`]: no surface, surfaces that cut each other, periods that do not agree.
+    /// [`Error`]: see [`agree`].
     pub fn new(
         bodies: SyntheticUniverse,
         top: Option<Skin>,
@@ -90,17 +122,7 @@ impl Topography {
         anywhere: bool,
     ) -> Result<Self, Error> {
         let skins = [top, bottom];
-        let mut periods = skins.iter().flatten().map(|s| s.map.period());
-        let first = periods.next().ok_or(Error::Nothing)?;
-        let cell = Some(bodies.period()).filter(|p| p[0] > 0.0);
-        if let Some(other) = periods.chain(cell).find(|p| !together(first, *p)) {
-            return Err(Error::Period(first[0], first[1], other[0], other[1]));
-        }
-        if let [Some(top), Some(bottom)] = &skins
-            && top.map.range()[0] <= bottom.map.range()[1]
-        {
-            return Err(Error::Cross(top.map.range()[0], bottom.map.range()[1]));
-        }
+        agree(&skins, Some(bodies.period()).filter(|p| p[0] > 0.0).zip(bodies.sheet()))?;
         let planes = bodies.sheet().map(|[bottom, top]| [top, bottom]);
         Ok(Topography { bodies, skins, planes, anywhere })
     }
@@ -180,7 +202,9 @@ impl Topography {
     }
 
     fn interface(&self, face: Face, ray: &Ray, met: &Meeting, beyond: MediumId) -> Next {
-        let (surface, body) = self.skin(face).map_or((SurfaceId::SMOOTH, BodyId(0)), |s| (s.surface, s.body));
+        let surface = self.skin(face).map_or(SurfaceId::SMOOTH, |s| s.surface);
+        // Numbers behind those of all bodies.
+        let body = BodyId(self.bodies.count() as u32 + face as u32);
         let outward = if ray.dir.dot(met.up) > 0.0 { -met.up } else { met.up };
         let normal = against(ray.dir, outward);
         let axis = DVec3::ZERO;
@@ -245,11 +269,6 @@ impl Topography {
         p.ahead = Some((face, Place::default()));
         self.interface(face, ray, &met, self.bodies.ambient())
     }
-}
-
-/// Whether two periods are the same within rounding.
-fn together(a: [f64; 2], b: [f64; 2]) -> bool {
-    (0..2).all(|k| (a[k] - b[k]).abs() <= 1e-9 * a[k])
 }
 
 impl Universe for Topography {
